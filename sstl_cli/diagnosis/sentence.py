@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sstl_cli.core.documents.diagnosis import Analysis, DiagnosisDocument, Gap, OddRun, Place, Verdict
+from sstl_cli.core.documents.diagnosis import Analysis, DiagnosisDocument, Gap, LeastShown, OddRun, Place, Verdict
 from sstl_cli.core.groups import error_of, rivals
 from sstl_cli.core.numbers import quantity, small
 from sstl_cli.diagnosis.by_run import OWN
@@ -187,11 +187,20 @@ def _said(odd: OddRun) -> str:
     )
 
 
+def _told(s: LeastShown) -> str:
+    """Return from which size an effect would have been told from what looks most like it."""
+    if s.rival is None:
+        return ""
+    if s.told_size is None:
+        return f"; not told from {s.rival}"
+    return f"; told from {s.rival}" + (f" from {quantity(s.told_size, s.unit)} on" if _more(s.told_size, s.size) else "")
+
+
 def _shown(verdict: Verdict, unit: str) -> list[str]:
     """Return what would have been seen (nothing found), or what is left (cause unknown)."""
     least = sorted(verdict.would_have_shown or (), key=lambda s: s.gap_n)[:LISTED]
     out = [
-        f"  would have shown: {s.effect} ({s.parameter}) from {quantity(s.size, s.unit)} on, a gap of {quantity(small(s.gap_n), unit)}"
+        f"  would have shown: {s.effect} ({s.parameter}) from {quantity(s.size, s.unit)} on, a gap of {quantity(small(s.gap_n), unit)}{_told(s)}"
         for s in least
     ]
     left = (verdict.leftover or [])[:2]

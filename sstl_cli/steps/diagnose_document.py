@@ -23,7 +23,7 @@ from sstl_cli.core.documents.diagnosis import (
     Verdict,
 )
 from sstl_cli.core.groups import ANALYSED, RECORDED
-from sstl_cli.diagnosis import bends, by_run, following, gap, limit, recorded, scaling, sentence, simple, where
+from sstl_cli.diagnosis import bends, by_run, following, gap, limit, planning, recorded, scaling, sentence, simple, where
 from sstl_cli.diagnosis.compared import compared, only_beside
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect
@@ -108,7 +108,7 @@ def _verdict(g: Given) -> Verdict:
     in_class = {part: title for title, parts in said.classes.items() for part in parts}
     members = {title: list(parts) for title, parts in said.classes.items()}
     members |= {name(ids): list(ids) for ids in said.group if len(ids) > 1}
-    least = [LeastShown(**asdict(s)) for s in limit.least_shown(g.search, g.shows_d2)] if _asks_least(g) else None
+    least = _least(g) if _asks_least(g) else None
     worst = g.rows.best.told() if said.status == UNDECIDED else None
     found = Verdict(
         status=said.status,
@@ -127,6 +127,15 @@ def _verdict(g: Given) -> Verdict:
     if said.confidence is not None:
         return found
     return found.model_copy(update={"confidence_why": "no library was tried under this prior, or nothing could be judged"})
+
+
+def _least(g: Given) -> list[LeastShown]:
+    """Return per effect what would have shown, and from which size it would have been told from what looks most like it."""
+    rows = []
+    for s, told in planning.told_apart(g.search, limit.least_shown(g.search, g.shows_d2), 1, alike=False):
+        also = {} if told.rival is None else {"rival": told.rival, "told_size": told.size if told.settled else None}
+        rows.append(LeastShown(**asdict(s), **also))
+    return rows
 
 
 def _asks_least(g: Given) -> bool:

@@ -59,9 +59,11 @@ def test_every_tension_and_every_interval_is_in_the_recordings_units_again():
     assert (noise["input"]["white_n"].estimate, noise["output"]["white_n"].ci95, noise["output"]["correlation_s"].estimate) == (
         20.0, (10.0, 40.0), 0.4,
     )  # fmt: skip
-    friction = restored(LeastShown(effect="const_friction", parameter="w_l_n", unit="N", size=0.2, gap_n=0.1), units)
+    friction = restored(
+        LeastShown(effect="const_friction", parameter="w_l_n", unit="N", size=0.2, gap_n=0.1, rival="zero_offset", told_size=0.4), units
+    )
     gain = restored(LeastShown(effect="gain_error", parameter="g_act", unit="1", size=0.01, gap_n=0.1), units)
-    assert (friction.size, friction.gap_n) == (20.0, 10.0) and (gain.size, gain.gap_n) == (0.01, 10.0)
+    assert (friction.size, friction.gap_n, friction.told_size) == (20.0, 10.0, 40.0) and (gain.size, gain.gap_n) == (0.01, 10.0)
 
 
 def test_what_a_report_draws_and_the_tensions_of_its_ranges_are_in_the_recordings_units():

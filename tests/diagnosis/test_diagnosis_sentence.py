@@ -178,6 +178,22 @@ def test_lines_where_nothing_was_found_say_what_would_have_shown_the_smallest_ga
     assert said[2:] == [f"  would have shown: e{i} (k) from 0.25 N on, a gap of {6 - i} V" for i in (4, 3, 2, 1)]
 
 
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ({}, ""),
+        ({"rival": "zero_offset", "told_size": 0.5}, "; told from zero_offset from 0.5 N on"),
+        ({"rival": "zero_offset", "told_size": 0.25}, "; told from zero_offset"),
+        ({"rival": "zero_offset", "told_size": None}, "; not told from zero_offset"),
+    ],
+)
+def test_what_would_have_shown_says_from_what_it_would_have_been_told(told, said):
+    shown = [{"effect": "e", "parameter": "k", "size": 0.25, "unit": "N", "gap_n": 0.1, **told}]
+    assert (
+        lines(document("none", effects=(), would_have_shown=shown))[-1] == f"  would have shown: e (k) from 0.25 N on, a gap of 0.1 N{said}"
+    )
+
+
 def test_what_is_dimensionless_has_no_unit_and_a_gap_below_a_thousandth_says_just_that():
     shown = [{"effect": "pulley_friction", "parameter": "m_p", "size": 0.00068, "unit": "1", "gap_n": 2.5e-7}]
     found = document("none", effects=(), would_have_shown=shown)

@@ -71,6 +71,10 @@ def test_none_says_what_would_have_shown(nothing):
     # ten times the noise of one sample is no small offset; a thousandth of it cannot be told
     assert 2e-5 < shown["zero_offset"]["size"] < 0.2
     assert all(0.0 < s["gap_n"] < 0.02 for s in shown.values())
+    # and from what each would have been told: not where it does not show
+    assert all(s["rival"] in set(FEW) - {e} for e, s in shown.items())
+    assert all(s["told_size"] is None or s["told_size"] >= s["size"] for s in shown.values())
+    assert any(s["told_size"] is not None for s in shown.values())
 
 
 def test_no_interval_reaches_beyond_what_its_parameter_can_be(nothing):

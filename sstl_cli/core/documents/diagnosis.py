@@ -32,6 +32,11 @@ class LeastShown(Part):
     unit: str
     size: Annotated[float, Quantity.OWN]
     gap_n: Annotated[float, Quantity.OUTPUT]
+    rival: str | None = Field(default=None, description="the effect that it is hardest to tell from on this data")
+    told_size: Annotated[float | None, Quantity.OWN] = Field(
+        default=None,
+        description="size from which it would have been told from that one (D^2 of 24, refitted); null: at no size within its range",
+    )
 
 
 class LeftOver(Part):
