@@ -14,7 +14,7 @@ import time
 from collections import Counter, defaultdict
 from pathlib import Path
 
-from page_part import commit, commits, put
+from page_part import commit, commits, put, table
 
 from sstl_cli.blind import sides
 from sstl_cli.blind.judge import wilson
@@ -118,28 +118,32 @@ def shares(rows: list[dict]) -> str:
 def simulated(path: Path) -> str:
     """Return the table of predicted and simulated error rates, and how many agree."""
     rows = json.loads(path.read_text())
-    agree, between = sum(r["agrees"] for r in rows), sum(r["between"] for r in rows)
+    # rows from before it was worked out have no prediction of what is free
+    free = all("agrees_free" in r for r in rows)
+    agree, agree_free, between = (sum(r.get(key, False) for r in rows) for key in ("agrees", "agrees_free", "between"))
+    refitted = f" ({agree_free} where all that is refitted is counted)" if free else ""
+    head = [
+        "effect, rival", "D^2, input known", "predicted error", *(["all refitted"] if free else []), "simulated", "D^2, not smoothed",
+        "predicted error", "simulated, full recordings",
+    ]  # fmt: skip
     lines = [
-        f"Commit {commits(rows)}: {agree} of {len(rows)} agree within their intervals with the input known, {between} of {len(rows)} full recordings lie between "
-        "the two predictions; all were asked.",
-        "",
-        "| effect, rival | D^2, input known | predicted error | simulated | D^2, not smoothed | predicted error | simulated, full recordings |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for r in rows:
+        [
+            f"`{r['effect']}`, `{r['rival']}`", f"{r['d2_known']:.1f}", _pct(r, "predicted_known"),
+            *([_pct(r, "predicted_free")] if free else []), _pct(r, "simulated_known", "low", "high"),
+            f"{r['d2']:.1f}", _pct(r, "predicted"), _pct(r, "simulated_full", "full_low", "full_high"),
+        ]
+        for r in rows
+    ]  # fmt: skip
+    return (
+        f"Commit {commits(rows)}: {agree} of {len(rows)} agree within their intervals with the input known{refitted}, {between} of {len(rows)} "
+        f"full recordings lie between the two predictions; all were asked.\n\n{table(head, lines)}"
+    )
 
-        def pct(*keys: str, r: dict = r) -> str:
-            return (
-                f"{100 * r[keys[0]]:.0f} %"
-                if len(keys) == 1
-                else f"{100 * r[keys[0]]:.0f} % ({100 * r[keys[1]]:.0f}-{100 * r[keys[2]]:.0f} %)"
-            )
 
-        lines.append(
-            f"| `{r['effect']}`, `{r['rival']}` | {r['d2_known']:.1f} | {pct('predicted_known')} | {pct('simulated_known', 'low', 'high')} "
-            f"| {r['d2']:.1f} | {pct('predicted')} | {pct('simulated_full', 'full_low', 'full_high')} |"
-        )
-    return "\n".join(lines)
+def _pct(r: dict, *keys: str) -> str:
+    """Return a share in percent, with its interval where that is asked for."""
+    value, *ends = (f"{100 * r[k]:.0f}" for k in keys)
+    return f"{value} %" + (f" ({'-'.join(ends)} %)" if ends else "")
 
 
 def main() -> None:

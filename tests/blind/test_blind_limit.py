@@ -139,6 +139,28 @@ def test_predicted_and_simulated_error_rates_agree():
     assert low <= norm.cdf(-0.5 * sqrt(case.d2_known)) <= high and 1.0 < case.d2_known < 40.0
 
 
+@pytest.mark.parametrize(
+    ("effect", "simulator", "seed", "target", "free"),
+    # a low-pass of three constants that shows a delay of two: P(chi^2 > 1); four constants against one; one that stands at its bound
+    [("channel_delay", "rig", 50, 2.0, 0.32), ("crosstalk", "variant", 47, 2.0, 0.30), ("gain_error", "rig", 41, 2.0, 0.07)],
+)
+def test_what_is_refitted_is_counted_in_the_predicted_rate(effect, simulator, seed, target, free):
+    """The normal tail of D / 2 knows nothing of what models gain by chance: 50 % for 32 % and 22 % for 30 %."""
+    case = limit_simulation.case_of(effect, simulator, seed, target)
+    draws = 60
+    low, high = wilson(sum(limit_simulation.known_input(case, draws)), draws)
+    predicted = limit_simulation.free_tail(case)
+    assert predicted == pytest.approx(free, abs=0.04) and low <= predicted <= high
+
+
+def test_a_model_is_relieved_of_what_noise_gives_it():
+    case = limit_simulation.case_of("asymmetric_friction", "rig", 42, 4.0)
+    # one constant against two, and a theta for each of two bends: half a nat each
+    own, other = limit_simulation.reliefs(case, 60)
+    thetas = len(case.own.theta)
+    assert own == pytest.approx(0.5 * (1 + thetas), abs=0.4) and other == pytest.approx(0.5 * (2 + thetas), abs=0.4)
+
+
 def test_the_observer_and_the_figure_ask_for_what_the_diagnosis_asks_for():
     assert pytest.approx(DECIDES_NATS) == ODDS
     assert figure.DECIDABLE == DECIDABLE and ideal(DECIDABLE) > 0.95 > ideal(DECIDABLE - 1.0)
