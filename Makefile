@@ -81,7 +81,7 @@ reproduce-seeds: $(STAMP) ## every table over many data sets: the spread that `m
 	nice -n 15 $(BIN)/sstl reproduce --spread --table III --spread-seeds 30 --seed 100 --out $(OUT)/seeds --force
 	cp $(OUT)/seeds/spread*.csv sstl_cli/paper/
 
-withheld: $(STAMP) ## each effect of the rig withheld from a simulator in turn, diagnosed and put back (twenty minutes)
+withheld: $(STAMP) ## each effect of the rig withheld from a simulator in turn, diagnosed and put back (ten minutes)
 	mkdir -p $(OUT)/withheld
 	nice -n 15 $(BIN)/sstl reproduce --table withheld --seed $(SEED) --out $(OUT)/withheld --force
 

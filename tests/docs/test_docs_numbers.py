@@ -186,15 +186,21 @@ def test_what_is_said_of_the_house_is_what_was_counted() -> None:
     assert "a third of the mappings whose values have no type, a sixth of" in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 
-def test_what_is_said_of_wrong_trials_is_what_their_rows_say() -> None:
+def test_what_is_said_of_trials_is_what_their_rows_say() -> None:
     text = (ROOT / "docs/reproduction.md").read_text(encoding="utf-8")
-
-    def changes(withheld: str) -> list[float]:
-        row = re.search(rf"^\| {withheld} \| .* zero_drift, on trial \|(.*)$", text, re.M)[1]
-        return [float(b) / float(a) - 1.0 for a, b in re.findall(r"([\d.]+) -> ([\d.]+)", row)]
-
+    rows = re.findall(r"^\| (\w+) \| (`\w+`) \| (\w+), on trial \|(.*)$", text, re.M)
+    changes = {withheld: [float(b) / float(a) - 1.0 for a, b in re.findall(r"([\d.]+) -> ([\d.]+)", rest)] for withheld, _, _, rest in rows}
+    right = [withheld for withheld, _, put_in, _ in rows if put_in == withheld]
     said = " ".join(text.split())
-    assert min(changes("pulley_friction")) > 0.1 and "for the pulley, such a zero makes all three numbers worse" in said
-    worse, *better = (round(100 * c) for c in changes("gain_error"))
-    assert f"for the gain it makes withheld bends {worse} % worse and the other two {-max(better)} to {-min(better)} % better" in said
-    assert "were made by d4ca4e3" in said
+    assert len(rows) == 6 and all(answer == "`unknown`" for _, answer, _, _ in rows) and "None of six withheld effects is named" in said
+    assert len(right) == 4 and "four of six are what is missing" in said
+    # of the two wrong ones: promised table and tracking
+    wrong = [sorted(round(100 * changes[e][i]) for e in changes if e not in right) for i in (1, 2)]
+    (a, b), (c, d) = wrong
+    assert f"makes the promised table and the tracking worse by {a} to {b} % and {c} to {d} %" in said
+    *most, least = sorted(round(-100 * changes[e][0]) for e in right)[::-1]
+    assert f"Three of four right ones take away {min(most)} to {max(most)} % of the error on withheld bends" in said and abs(least) < 5
+    first = re.search(r"^\| presliding, slow-speed friction \| presliding \|(.*)$", text, re.M)[1]
+    bends, promised, tracked = (1.0 - float(b) / float(a) for a, b in re.findall(r"([\d.]+) -> ([\d.]+)", first))
+    assert 0.6 < bends < 0.7 and "falls by two thirds" in said and 0.22 < promised < 0.28 and "comes a quarter nearer" in said
+    assert f"becomes {round(-100 * tracked)} % worse" in said
