@@ -167,7 +167,8 @@ LABELS = {"none": "no compensation", "no-bias": "w/o bias", "DI": "direct identi
 
 
 def tracking(runs: Sequence[Tracked], letter: str, trajectory: str) -> Drawing:
-    """Return tracking at every location with all methods, the error in pull propagation shaded (Fig. 7)."""
+    """Return tracking at every location with all methods; of the sinusoid the error in pull propagation is shaded, as in the paper (Fig. 7)."""
+    shades = letter == "a"
 
     def paint(axes: Any) -> None:
         for panel, run in zip(axes.flat, runs, strict=True):
@@ -177,8 +178,11 @@ def tracking(runs: Sequence[Tracked], letter: str, trajectory: str) -> Drawing:
             for method, out in run.outputs.items():
                 colour = palette.METHODS.get(method, palette.GREY)
                 panel.plot(time, out[part], color=colour, linewidth=0.9, label=LABELS.get(method, method))
-            shaded = run.outputs["proposed"][part]
-            panel.fill_between(time, run.reference[part], shaded, where=run.pulling[part], color=palette.GREEN, alpha=0.3, linewidth=0)
+            if shades:
+                proposed = run.outputs["proposed"][part]
+                panel.fill_between(
+                    time, run.reference[part], proposed, where=run.pulling[part], color=palette.GREEN, alpha=0.3, linewidth=0
+                )
             panel.set_title(run.name, loc="left")
             panel.set_xlabel("time / s")
             panel.set_ylabel("output tension / N")
@@ -188,8 +192,8 @@ def tracking(runs: Sequence[Tracked], letter: str, trajectory: str) -> Drawing:
     worst = {m: float(np.sqrt(np.mean((runs[0].outputs[m] - runs[0].reference) ** 2))) for m in runs[0].outputs}
     return Drawing(
         f"tracking_{trajectory}",
-        f"Fig. 7{letter}. Tension tracking on the rig (block R), {trajectory} reference, first {SHOWN_S:.0f} s; "
-        "shaded: error of the proposed method in pull propagation.",
+        f"Fig. 7{letter}. Tension tracking on the rig (block R), {trajectory} reference, first {SHOWN_S:.0f} s"
+        + ("; shaded: error of the proposed method in pull propagation." if shades else "."),
         (11.0, 3.8),
         (1, len(runs)),
         paint,

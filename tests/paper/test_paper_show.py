@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from sstl_cli.cli import _reproduce_files as files
 from sstl_cli.control.loop_lag import LoopLag
@@ -104,11 +105,20 @@ def test_facts_say_what_is_outside(found):
     assert "1 of 261 entries lie outside" in said
 
 
+def drawn_axes(drawing):
+    axes = Figure().subplots(*drawing.grid, squeeze=False)
+    drawing.paint(axes)
+    return list(axes.flat)
+
+
 def test_figure_7_has_every_location_and_method(found):
     drawn = {d.name: d for d in drawings.drawings(found)}
     assert set(drawn) == {"tracking_sinusoid", "tracking_random"} <= set(files.FIGURES)
     for letter, name in (("7a", "tracking_sinusoid"), ("7b", "tracking_random")):
         assert letter in drawn[name].caption
+        # the paper shades the sinusoid alone
+        shaded = [bool(axes.collections) for axes in drawn_axes(drawn[name])]
+        assert shaded == [name == "tracking_sinusoid"] * 3 and ("shaded" in drawn[name].caption) is shaded[0]
         svg = str(picture(drawn[name], None, name).svg)
         assert svg.count("output tension / N") >= 3
 
