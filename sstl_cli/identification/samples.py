@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.sound import FASTEST_S, GAP_PERIODS, LARGEST, OPTIONAL, SLOPES, SMALLEST, TENSIONS, too_fast, too_small, unsound, within
 from sstl_cli.core.stretches import stretches
-from sstl_cli.identification import filtering
+from sstl_cli.identification import brief, filtering
 from sstl_cli.identification.gate.dropouts import MEND, Dropouts, dropouts_of
 from sstl_cli.identification.gate.rules.magnitude import impossible
 from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
@@ -76,6 +76,8 @@ def findings(piece: Piece, optional: tuple[str, ...] = ()) -> list[Finding]:
     n = len(next(iter(piece.columns.values()), ()))
     if n < MIN_SAMPLES:
         found.append(Finding(FAILURE, "too few samples", "", n, f"{n} samples", "record longer or drop the run"))
+        if brief.plain(piece.columns, piece.nulls):
+            return found
     for name, values in piece.columns.items():
         if name == LEAD:
             found += _lead(values)
@@ -144,8 +146,7 @@ def _lead(values: Array) -> list[Finding]:
 def _values(name: str, values: Array, nulls: int, optional: bool) -> list[Finding]:
     found = []
     if nulls and not optional:
-        fix = "drop or repair these samples"
-        found.append(Finding(FAILURE, "empty values", name, nulls, f"{nulls} of {len(values)}", fix))
+        found.append(Finding(FAILURE, "empty values", name, nulls, f"{nulls} of {len(values)}", "drop or repair these samples"))
     elif 0 < nulls < len(values) and name in OPTIONAL:
         found.append(Finding(REMARK, "partly empty", name, nulls, f"{nulls} of {len(values)}", "none needed"))
     if not nulls and within(values):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -208,22 +209,30 @@ def _stretches_of(block: Any, numeric: list[str]) -> Iterator[Piece]:
     """Yield the stretches of one run_id in one block; its columns are decoded once, not stretch by stretch."""
     n, named = block.num_rows, "run_id" in block.column_names
     signals = {s: _numbers(block.column(s)) for s in numeric}
-    empty = {s: np.cumsum(np.concatenate(([0], block.column(s).is_null().to_numpy()))) for s in signals if block.column(s).null_count}
     # of a column of another type the schema's findings have told
     texts = [s for s in LABELS if s in block.column_names and _is_text(block.column(s).type)]
     labels = {s: _coded(block.column(s)) for s in texts}
     ids, runs = _coded(block.column("run_id")) if named else ([None], np.zeros(n, np.int64))
-    edges = [0, *(np.flatnonzero(np.diff(runs)) + 1).tolist(), n]
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
-        if a == b:
-            continue
-        run_id = ids[runs[a]]
+    edges = np.unique(np.concatenate(([0], np.flatnonzero(np.diff(runs)) + 1, [n])))
+    nulls = {s: _nulls(block.column(s), edges) for s in signals}
+    texts_of = {s: _different(own, codes, edges) for s, (own, codes) in labels.items()}
+    names = [ids[k] for k in runs[edges[:-1]].tolist()]
+    for i, (a, b) in enumerate(pairwise(edges.tolist())):
         yield Piece(
-            None if run_id is None else str(run_id),
+            None if names[i] is None else str(names[i]),
             {s: v[a:b] for s, v in signals.items()},
-            {s: _different(own, codes[a:b]) for s, (own, codes) in labels.items()},
-            {s: int(empty[s][b] - empty[s][a]) if s in empty else 0 for s in signals},
+            {s: texts[i] for s, texts in texts_of.items()},
+            {s: counts[i] for s, counts in nulls.items()},
         )
+
+
+def _nulls(column: Any, edges: Any) -> list[int]:
+    """Return how many values are null between each two edges."""
+    if not column.null_count:
+        return [0] * (len(edges) - 1)
+    total = np.cumsum(np.concatenate(([0], column.is_null().to_numpy())))
+    counts: list[int] = np.diff(total[edges]).tolist()
+    return counts
 
 
 def _coded(column: Any) -> tuple[list[Any], Any]:
@@ -235,11 +244,15 @@ def _coded(column: Any) -> tuple[list[Any], Any]:
     return [*texts, None], coded.indices.fill_null(len(texts)).to_numpy(zero_copy_only=False)
 
 
-def _different(texts: list[Any], codes: Any) -> list[Any]:
-    """Return the texts of a stretch, each once, in order of appearance."""
-    if not bool((codes != codes[0]).any()):
-        return [texts[codes[0]]]
-    return [texts[k] for k in dict.fromkeys(codes.tolist())]
+def _different(texts: list[Any], codes: Any, edges: Any) -> list[list[Any]]:
+    """Return the texts of each stretch between two edges, each text once, in order of appearance."""
+    changes = np.flatnonzero(np.diff(codes)) + 1
+    # a change at an edge is none within a stretch
+    within = np.searchsorted(changes, edges[:-1], "right") != np.searchsorted(changes, edges[1:], "left")
+    found = [[texts[k]] for k in codes[edges[:-1]].tolist()]
+    for i in np.flatnonzero(within).tolist():
+        found[i] = [texts[k] for k in dict.fromkeys(codes[edges[i] : edges[i + 1]].tolist())]
+    return found
 
 
 def _joined(parts: list[Piece]) -> Piece:
