@@ -63,6 +63,8 @@ def check(
         header = ("level", "file", "run", "column", "what", "do")
         screen.table("", [header[i] for i in keep], [[r[i] for i in keep] for r in rows], most=SHOWN)
     _physics.show_channels(screen, judged)
+    if judged.short:
+        screen.say(f"{many(judged.short, 'more run')} too short to be measured: physics and sensors leave them out")
     document = CheckDocument(
         schema="sstl.check/1",
         ok=not failures,
@@ -73,6 +75,7 @@ def check(
         # of 200,000 runs they take a gigabyte
         sensors=_physics.channels(judged) if as_json else [],
         files=[str(p) for p in logs],
+        **({"short_left_out": judged.short} if judged.short else {}),
     )
     screen.finish(document, 1 if failures else 0)
 

@@ -86,7 +86,6 @@ def diagnose(asked: Asked) -> None:
     from sstl_cli.core.errors import UsageError
     from sstl_cli.core.files import require_outputs
     from sstl_cli.core.parquet import schema_id_of
-    from sstl_cli.core.runs import read_logs
 
     since, screen = time.monotonic(), Screen(asked.as_json)
     if asked.plan is not None:
@@ -98,11 +97,11 @@ def diagnose(asked: Asked) -> None:
     options = _options(asked)
     if any(schema_id_of(path) == "sstl.command" for path in asked.logs):
         _stages(screen, asked, asked.logs)
-    runs = read_logs(asked.logs)
+    runs = _runs(asked.logs)
     if asked.against is not None:
         from sstl_cli.physics.rebased import rebase
 
-        runs = rebase(runs, read_logs([asked.against]))
+        runs = rebase(runs, _runs([asked.against]))
     _end(screen, asked, _diagnosed(screen, asked, runs, options, since))
 
 
@@ -128,12 +127,18 @@ def _options(asked: Asked) -> DiagnoseOptions:
     )
 
 
+def _runs(paths: Sequence[Path]) -> list[Run]:
+    """Return the runs of logs; of many that are too short to be diagnosed not all."""
+    from sstl_cli.core.runs import few_short, read_runs
+
+    return list(few_short(run for path in paths for run in read_runs(path)))
+
+
 def _diagnosed(screen: Screen, asked: Asked, runs: Sequence[Run], options: DiagnoseOptions, since: float) -> Diagnosed:
     """Return the diagnosis; with an earlier log, against the model that is fitted to it."""
-    from sstl_cli.core.runs import read_logs
     from sstl_cli.steps import diagnose_tendons as tendons
 
-    earlier = None if asked.before is None else read_logs([asked.before])
+    earlier = None if asked.before is None else _runs([asked.before])
     parts = tendons.parts(runs, earlier)
     with screen.progress("diagnosing", parts, Pace(PACE, parts)) as advance:
         return tendons.run(runs, options, advance, since, earlier)

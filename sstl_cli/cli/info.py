@@ -95,7 +95,7 @@ def _log(reader: Any, screen: Screen) -> list[LogRun]:
     from sstl_cli.steps import info_table as step
 
     runs, aside = step.runs_of(reader)
-    screen.aside.entries += aside
+    screen.aside.add(aside)
     rows = [
         (
             r.run_id,
@@ -107,14 +107,17 @@ def _log(reader: Any, screen: Screen) -> list[LogRun]:
             _span(r.in_min_n, r.in_max_n),
             _span(r.out_min_n, r.out_max_n),
         )
-        for r in runs
+        for r in runs[:SHOWN]
     ]
     units = units_of(reader.file.schema_arrow)
     header = ("run", "config", "system", "rows", "s", "Hz", f"T_in {units['unit_in']}", f"T_out {units['unit_out']}")
-    screen.table(f"{len(runs)} runs", header, rows, most=SHOWN)
+    screen.table(f"{len(runs)} runs", header, rows, more=len(runs) - len(rows))
     if not screen.as_json and runs:
         for line in _loop(step.loop_of(reader, runs[0]), runs[0], units["unit_in"], units["unit_out"]):
             screen.line(line)
+    if not screen.as_json:
+        # they are made where they are shown; of a million runs they take gigabytes
+        return []
     return [LogRun(**asdict(r), duration_s=r.end_s - r.start_s, rate_hz=r.rate_hz) for r in runs]
 
 

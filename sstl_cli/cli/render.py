@@ -20,7 +20,7 @@ from sstl_cli.core.errors import EXIT_DONE, EXIT_GATE, EXIT_SET_ASIDE, GateError
 
 if TYPE_CHECKING:
     # pydantic is not imported for a call that shows no document
-    from sstl_cli.core.aside import Aside
+    from sstl_cli.core.aside import Ledger
     from sstl_cli.core.documents.base import Document
 
     # a document is shown as its fields, a class of documents as its JSON Schema
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 PIPE_COLUMNS = 200
 SHOWN_ASIDE = 20
+# what a command itself set aside is told item by item up to here
+MOST_TOLD = 50
 # the screens of this call of the program, what its -q and -v ask for, and when it began
 _open: list[Screen] = []
 _asked: set[str] = set()
@@ -55,12 +57,12 @@ class Screen:
                 # what is worked on matters more than what is said of it: a full disk under the narration ends nothing
                 tell(line)
 
-    def note_some(self, title: str, lines: Sequence[str], most: int) -> None:
-        """Print narration with a list below it, of at most so many lines."""
+    def note_some(self, title: str, lines: Sequence[str], most: int, more: int = 0) -> None:
+        """Print narration with a list below it, of at most so many lines; ``more`` are not in the list."""
         for text in (title, *(f"  {line}" for line in lines[:most])):
             self.note(text)
-        if len(lines) > most:
-            self.note(f"  and {len(lines) - most} more")
+        if (others := len(lines[most:]) + more) > 0:
+            self.note(f"  and {others} more")
 
     def line(self, text: str = "") -> None:
         """Print a line of the result (not with --json)."""
@@ -72,8 +74,20 @@ class Screen:
         for line in _broken(printable(text), width_of(sys.stdout)):
             self.line(line)
 
-    def table(self, title: str, header: Sequence[str], rows: Iterable[Sequence[object]], notes: str = "", most: int | None = None) -> None:
-        """Print a table in the width of the terminal; numbers to the right, at most ``most`` rows (not with --json)."""
+    def table(
+        self,
+        title: str,
+        header: Sequence[str],
+        rows: Iterable[Sequence[object]],
+        notes: str = "",
+        most: int | None = None,
+        more: int = 0,
+        whole: str = "--json",
+    ) -> None:
+        """Print a table in the width of the terminal (not with --json): numbers to the right, at most ``most`` rows.
+
+        ``more`` rows are not among those given, and ``whole`` has all of them.
+        """
         if self.as_json:
             return
         from sstl_cli.cli import _table
@@ -85,8 +99,8 @@ class Screen:
             print(f"\n{_bold(printable(title))}")
         for line in _table.lines(header, cells, numeric, width_of(sys.stdout)):
             print(line)
-        if len(rows) > len(cells):
-            self.line(f"and {len(rows) - len(cells)} more rows; --json has all")
+        if (others := len(rows) - len(cells) + more) > 0:
+            self.line(f"and {others} more rows; {whole} has all")
         if notes:
             self.say(notes)
 
@@ -123,15 +137,18 @@ class Screen:
         """
         for text in missed:
             self.note(f"gate missed: {text}")
-        for text in () if isinstance(aside, bool) else aside:
+        told = [] if isinstance(aside, bool) else list(aside)
+        for text in told[:MOST_TOLD]:
             self.note(f"set aside: {text}")
+        if len(told) > MOST_TOLD:
+            self.note(f"set aside: and {len(told) - MOST_TOLD} more")
         entries = self.aside.entries
         for entry in entries[:SHOWN_ASIDE]:
             self.note(f"set aside: {entry}")
         if len(entries) > SHOWN_ASIDE:
-            lost = sum(e.samples for e in entries[SHOWN_ASIDE:])
-            self.note(f"set aside: and {len(entries) - SHOWN_ASIDE} more, {lost} samples")
-        self.document(_with_aside(document, entries))
+            lost = sum(e.samples for e in entries[SHOWN_ASIDE:]) + self.aside.more_samples
+            self.note(f"set aside: and {len(entries) - SHOWN_ASIDE + self.aside.more} more, {lost} samples")
+        self.document(_with_aside(document, self.aside))
         if "verbose" in _asked:
             self.note(f"took {time.monotonic() - _began:.1f} s{_memory()}")
         if gate is not None:
@@ -161,13 +178,14 @@ class Screen:
             bar.close()
 
 
-def _with_aside(document: Shown, entries: Sequence[Aside]) -> Shown:
+def _with_aside(document: Shown, book: Ledger) -> Shown:
     """Return a document with what the reading of logs set aside, where it did."""
-    if not entries or isinstance(document, type):
+    if not book.entries or isinstance(document, type):
         return document
     from sstl_cli.core.documents.base import DataSetAside
 
-    return document.model_copy(update={"data_set_aside": [DataSetAside(**asdict(e)) for e in entries]})
+    told: dict[str, object] = {"data_set_aside": [DataSetAside(**asdict(e)) for e in book.entries]}
+    return document.model_copy(update=told | ({"data_set_aside_more": book.more} if book.more else {}))
 
 
 def begin() -> None:

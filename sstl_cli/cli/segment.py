@@ -58,6 +58,7 @@ def segment(asked: Asked) -> None:
     What cannot be right is said first; runs that fail the physics gate are set aside (exit code 3; 1 if all do).
     """
     from sstl_cli.cli import _physics
+    from sstl_cli.core.aside import LISTED
     from sstl_cli.core.documents.mapping import Aside, SegmentDocument
     from sstl_cli.core.files import require_outputs
     from sstl_cli.core.parquet import open_table
@@ -68,14 +69,16 @@ def segment(asked: Asked) -> None:
     total = sum(open_table(path, LOG).rows for path in asked.logs)
     found = _identified(screen, asked, total)
     rows = found.rows
-    aside = [Aside(run_id=r.run_id, status=r.status) for r in found.aside]
+    aside = found.aside
     _physics.show(screen, found.remarks)
-    screen.say(_sentence(rows, total, len(aside), asked.out))
+    screen.say(_sentence(len(rows), total, len(aside), asked.out))
     _show(screen, found)
     if aside:
-        told = [f"{entry.run_id}: {entry.status}" for entry in aside]
+        told = [f"{run_id}: {status}" for run_id, status in aside[:SHOWN]]
         title = f"{len(aside)} of {len(rows)} runs set aside in part or whole (null in the table, see status):"
-        screen.note_some(title, told, SHOWN)
+        screen.note_some(title, told, SHOWN, len(aside) - len(told))
+    # a document is made where it is shown; of many runs it takes gigabytes
+    theta, left_out = rows.told(LISTED) if asked.as_json else ([], 0)
     document = SegmentDocument(
         schema="sstl.segment/1",
         out=str(asked.out),
@@ -83,9 +86,10 @@ def segment(asked: Asked) -> None:
         runs=len(rows),
         samples=total,
         set_aside=len(aside),
-        set_aside_runs=aside,
+        set_aside_runs=[Aside(run_id=run_id, status=status) for run_id, status in aside[:LISTED]],
         remarks=_physics.document(found.remarks),
-        theta=rows,
+        theta=theta,
+        **({"theta_left_out": left_out} if left_out else {}),
         unit=found.unit_out,
         unit_in=found.unit_in,
         seed=asked.seed,
@@ -127,19 +131,29 @@ def _runs(asked: Asked) -> Iterator[Run]:
         yield from read_runs(path, UNUSED if asked.no_physics else ())
 
 
-def _sentence(rows: list[ThetaRow], samples: int, aside: int, out: Path) -> str:
+def _sentence(runs: int, samples: int, aside: int, out: Path) -> str:
     whole = "both propagation lines of"
-    found = f"{whole} all {len(rows)} runs" if not aside else f"{whole} {len(rows) - aside} of {len(rows)} runs"
+    found = f"{whole} all {runs} runs" if not aside else f"{whole} {runs - aside} of {runs} runs"
     return f"Found {found} ({samples} samples) -> {out}"
 
 
 def _show(screen: Screen, found: Identified) -> None:
-    rows, slope, unit = found.rows, found.units.get("gamma_p", ""), found.unit_out
+    from sstl_cli.core.aside import LISTED
+
+    rows, slope, unit = found.rows[:SHOWN], found.units.get("gamma_p", ""), found.unit_out
     names = ("gamma_p", "beta_p", "gamma_r", "beta_r")
     shown = [[r.run_id, *_rounded(r, names), _percent(r.gamma_p, r.gamma_p_se), _percent(r.gamma_r, r.gamma_r_se), r.loops] for r in rows]
+    # beyond that many a document leaves out runs without a line
+    whole = "--json" if len(found.aside) <= LISTED else "the table"
     per = f" {slope}" if slope else ""
     heads = (f"Γ_p{per}", f"β_p {unit}", f"Γ_r{per}", f"β_r {unit}", "± p %", "± r %", "loops")
-    screen.table("Theta: slope Γ and bias β of pull (p) and release (r), standard errors of Γ", ("run", *heads), shown, most=SHOWN)
+    screen.table(
+        "Theta: slope Γ and bias β of pull (p) and release (r), standard errors of Γ",
+        ("run", *heads),
+        shown,
+        more=len(found.rows) - len(rows),
+        whole=whole,
+    )
 
 
 def _rounded(row: ThetaRow, names: tuple[str, ...]) -> list[float | None]:

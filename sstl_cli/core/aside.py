@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+
+# what is told run by run, of many runs; the others are counted: a million lines tell no more
+LISTED = 1000
 
 
 @dataclass(frozen=True)
@@ -23,14 +26,26 @@ class Aside:
 
 
 class Ledger:
-    """What the reading of one call set aside, in the order read."""
+    """What the reading of one call set aside, in the order read: the first entries, and of the others how many and of how many samples."""
 
     def __init__(self) -> None:
         self.entries: list[Aside] = []
+        self.more = 0
+        self.more_samples = 0
+
+    def add(self, entries: Iterable[Aside]) -> None:
+        """Take entries; beyond the first LISTED they are counted."""
+        for entry in entries:
+            if len(self.entries) < LISTED:
+                self.entries.append(entry)
+            else:
+                self.more += 1
+                self.more_samples += entry.samples
 
     def brief(self) -> str:
         """Return the first entry, and how many more there are, as one line ('' where nothing was set aside)."""
-        more = f", and {len(self.entries) - 1} more" if len(self.entries) > 1 else ""
+        others = len(self.entries) - 1 + self.more
+        more = f", and {others} more" if others > 0 else ""
         return f"{self.entries[0]}{more}" if self.entries else ""
 
 

@@ -14,10 +14,11 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from sstl_cli.core.aside import LISTED, Aside
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import TableWriter, open_table
 from sstl_cli.core.provenance import Provenance
-from sstl_cli.core.sound import CHANNELS, OPTIONAL, TENSIONS, noted
+from sstl_cli.core.sound import CHANNELS, LEAST_SAMPLES, OPTIONAL, TENSIONS, note, noted
 from sstl_cli.core.tables import LOG, TENDON
 from sstl_cli.core.units import is_force
 
@@ -170,6 +171,22 @@ def read_runs(path: Path, skip: Collection[str] = ()) -> Iterator[Run]:
 def read_logs(paths: Iterable[Path]) -> list[Run]:
     """Return the runs of several logs, file by file, as :func:`read_runs` yields them."""
     return [run for path in paths for run in read_runs(path)]
+
+
+def few_short(runs: Iterable[Run], left: Callable[[Run], None] = lambda _: None) -> Iterator[Run]:
+    """Yield runs; of those with fewer than 16 samples the first LISTED, the others are noted as set aside, and ``left`` is told.
+
+    Nothing is learned from so short a run but that it is there, and one takes a kilobyte.
+    """
+    kept = 0
+    for run in runs:
+        if len(run) < LEAST_SAMPLES:
+            if kept == LISTED:
+                note([Aside(run.run_id, len(run), len(run), f"one of more than {LISTED} runs of fewer than {LEAST_SAMPLES} samples")])
+                left(run)
+                continue
+            kept += 1
+        yield run
 
 
 def recorded_runs(path: Path, skip: Collection[str] = ()) -> Iterator[Run]:

@@ -51,7 +51,7 @@ def note(entries: Iterable[Aside]) -> None:
     """Note what is set aside in the open ledger; where none is open the caller's caller is warned."""
     book = ledger()
     if book is not None:
-        book.entries += entries
+        book.add(entries)
         return
     for entry in entries:
         warnings.warn(f"set aside: {entry}", stacklevel=4)

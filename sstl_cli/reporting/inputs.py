@@ -115,7 +115,10 @@ class EffectNote:
 
 @dataclass(frozen=True)
 class Inputs:
-    """All inputs of one report by kind; a kind that was not given is empty."""
+    """All inputs of one report by kind; a kind that was not given is empty.
+
+    ``left_out`` counts the runs of each log that are too short and too many to be kept.
+    """
 
     log: list[RunView] = field(default_factory=list)
     theta: list[ThetaRow] = field(default_factory=list)
@@ -131,6 +134,7 @@ class Inputs:
     blind: list[Scored] = field(default_factory=list)
     document: list[tuple[str, Mapping[str, object]]] = field(default_factory=list)
     files: list[tuple[str, str, str]] = field(default_factory=list)
+    left_out: dict[str, int] = field(default_factory=dict)
     catalogue: dict[str, EffectNote] = field(default_factory=dict)
 
     def has(self, kinds: Iterable[str]) -> bool:

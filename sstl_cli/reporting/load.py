@@ -21,7 +21,7 @@ from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.files import read_json, require_regular
 from sstl_cli.core.parquet import open_table, schema_id_of
 from sstl_cli.core.provenance import sha256
-from sstl_cli.core.runs import read_runs
+from sstl_cli.core.runs import Run, few_short, read_runs
 from sstl_cli.core.sound import note, why_no_lines
 from sstl_cli.core.tables import COMMAND, EVALUATION, LOG, PHASES, SCHEMAS, SCORE, THETA
 from sstl_cli.reporting.diagnosed import Diagnosed
@@ -125,7 +125,10 @@ def _document_kind(document: Any, path: Path) -> str:
 
 
 def _log(path: Path, inputs: Inputs) -> None:
-    inputs.log.extend(view(run) for run in read_runs(path) if len(run))
+    def left(_: Run) -> None:
+        inputs.left_out[path.name] = inputs.left_out.get(path.name, 0) + 1
+
+    inputs.log.extend(view(run) for run in few_short(read_runs(path), left) if len(run))
 
 
 def _read(path: Path, schema: Any = None) -> list[dict[str, Any]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from sstl_cli.core.sound import LARGEST
@@ -11,7 +11,7 @@ from sstl_cli.core.sound import LARGEST
 _DOTS = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
 
 
-@dataclass
+@dataclass(slots=True)
 class RunSummary:
     """What one run of a log holds; times in s, tensions in N."""
 
@@ -41,7 +41,7 @@ class RunSummary:
         self.out_min_n, self.out_max_n = min(self.out_min_n, other.out_min_n), max(self.out_max_n, other.out_max_n)
 
 
-def run(parts: Sequence[RunSummary]) -> list[RunSummary]:
+def run(parts: Iterable[RunSummary]) -> list[RunSummary]:
     """Return one summary a run, in order of appearance, from summaries of stretches of runs."""
     merged: dict[str, RunSummary] = {}
     for part in parts:

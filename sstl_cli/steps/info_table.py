@@ -18,7 +18,7 @@ from sstl_cli.core.aside import Aside
 from sstl_cli.core.documents.logs import ColumnRange
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import ROWS_PER_BLOCK, conform
-from sstl_cli.core.sound import LARGEST, OPTIONAL, too_short, too_small, unsound, why_unsound
+from sstl_cli.core.sound import LARGEST, OPTIONAL, SMALLEST, too_short, too_small, unsound, why_unsound
 from sstl_cli.core.tables import LOG, Schema
 from sstl_cli.steps import info
 from sstl_cli.steps.info import RunSummary, draw_loop
@@ -33,7 +33,7 @@ LABELS = ("status", "phase", "method", "variant", "window")
 def runs_of(reader: Any) -> tuple[list[RunSummary], list[Aside]]:
     """Return a summary of every run of a log, and what no recorder can have given."""
     lost = _Lost()
-    runs = info.run([s for table in _tables(reader) for s in _summaries(table, lost)])
+    runs = info.run(s for table in _tables(reader) for s in _summaries(table, lost))
     return runs, list(lost.entries(runs))
 
 
@@ -144,7 +144,8 @@ class _Lost:
                 yield Aside(run.run_id, n, run.samples, why)
             ranges = {"tension_in_n": (run.in_min_n, run.in_max_n), "tension_out_n": (run.out_min_n, run.out_max_n)}
             for name, ends in ranges.items():
-                if said := too_small(name, np.array(ends)):
+                # an array a run takes longer than all else; where neither end is small there is nothing to say
+                if max(-ends[0], ends[1]) < SMALLEST and (said := too_small(name, np.array(ends))):
                     yield Aside(run.run_id, run.samples, run.samples, said)
             if run.samples > 1 and (said := too_short((run.end_s - run.start_s) / (run.samples - 1))):
                 yield Aside(run.run_id, run.samples, run.samples, said)
@@ -157,10 +158,11 @@ def _summaries(table: Any, lost: _Lost) -> Iterator[RunSummary]:
     ends = pc.run_end_encode(ids).run_ends.to_pylist()
     if not ends:
         return
-    starts = np.array([0, *ends[:-1]])
-    # an Arrow array made of a list would import pandas
+    starts = np.array([0, *ends[:-1]], np.int64)
+    # an Arrow array made of a list, or of an array, would import pandas
     rows = np.diff([0, *ends]).tolist()
-    labels = [[table.column(n)[i].as_py() for i in starts.tolist()] for n in ("run_id", "system", "config_id", "location")]
+    first = pa.Array.from_buffers(pa.int64(), len(starts), [None, pa.py_buffer(starts)])
+    labels = [table.column(n).take(first).to_pylist() for n in ("run_id", "system", "config_id", "location")]
     run_ids = [str(v) for v in labels[0]]
     for name in JUDGED:
         lost.look(name, table.column(name), starts, run_ids)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from sstl_cli.core.documents.logs import Finding
 from sstl_cli.core.runs import Run
@@ -23,10 +23,11 @@ class Channel:
 
 @dataclass(frozen=True)
 class Judged:
-    """What the gate said of all logs together, and their channels in order."""
+    """What the gate said of all logs together, and their channels in order; ``short`` runs were too many to be looked at one by one."""
 
     remarks: tuple[gate.Remark, ...]
     channels: tuple[Channel, ...]
+    short: int = 0
 
 
 def run(runs: Iterable[tuple[str, Run]]) -> Judged:
@@ -34,20 +35,19 @@ def run(runs: Iterable[tuple[str, Run]]) -> Judged:
 
     A run that two logs name alike is called ``log: run`` from its second appearance on.
     """
-    evidence: list[gate.Evidence] = []
+    evidence = gate.Witnesses()
     channels: list[Channel] = []
     seen: set[str] = set()
     for log, recorded in runs:
         for piece in sound(recorded)[0]:
             if not len(piece):
                 continue
-            one = gate.evidence_of(piece)
-            if one.run_id in seen:
-                one = replace(one, run_id=f"{log}: {one.run_id}")
+            one = evidence.add(piece, f"{log}: {piece.run_id}" if piece.run_id in seen else "")
+            if one is None:
+                continue
             seen.add(one.run_id)
-            evidence.append(one)
             channels += [Channel(log, one.run_id, piece.units[s.column], s) for s in one.sensors]
-    return Judged(gate.judge(evidence), tuple(channels))
+    return Judged(gate.judge(evidence.log), tuple(channels), evidence.short)
 
 
 def findings(judged: Judged) -> list[Finding]:

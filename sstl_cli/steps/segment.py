@@ -10,9 +10,10 @@ import pyarrow as pa
 from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.core.tables import PARAMETERS, PHASES, TENDON, THETA, Column, theta_units
+from sstl_cli.core.tables import PARAMETERS, PHASES, TENDON, Column, theta_units
 from sstl_cli.identification import PHASE_NAMES, Segmentation, SegmentOptions, gate, segment_run
 from sstl_cli.identification.gate import Remark
+from sstl_cli.steps.theta_rows import ThetaRows
 
 
 @dataclass(frozen=True)
@@ -22,25 +23,29 @@ class Segmented:
     run: Run
     segmentation: Segmentation
 
-    def row(self) -> ThetaRow:
-        """Return the row of the Theta table."""
+    def values(self) -> dict[str, str | float | None]:
+        """Return the fields of the row of the Theta table."""
         run, found = self.run, self.segmentation
-        return ThetaRow(
-            run_id=run.run_id,
-            config_id=run.config_id,
-            system=run.system,
-            location=run.location,
-            lead_mm=run.lead_mm,
+        return {
+            "run_id": run.run_id,
+            "config_id": run.config_id,
+            "system": run.system,
+            "location": run.location,
+            "lead_mm": run.lead_mm,
             **{p: found.theta[p] for p in PARAMETERS},
             **{p + "_se": found.theta_se[p] for p in PARAMETERS},
-            inlier_p=found.inlier_p,
-            inlier_r=found.inlier_r,
-            rmse_p_n=found.rmse_p_n,
-            rmse_r_n=found.rmse_r_n,
-            loops=found.loops,
-            status=found.status,
-            **({"tendon": run.tendon} if run.tendon is not None else {}),
-        )
+            "inlier_p": found.inlier_p,
+            "inlier_r": found.inlier_r,
+            "rmse_p_n": found.rmse_p_n,
+            "rmse_r_n": found.rmse_r_n,
+            "loops": found.loops,
+            "status": found.status,
+            "tendon": run.tendon,
+        }
+
+    def row(self) -> ThetaRow:
+        """Return the row of the Theta table."""
+        return ThetaRows.of(self.values())
 
     def phase_table(self) -> pa.Table:
         """Return the phase PB, PP, RB or RP of every sample."""
@@ -54,7 +59,7 @@ class Segmented:
 class Identified:
     """The rows of the Theta table, what the physics gate says of the runs, and the units of input and output."""
 
-    rows: list[ThetaRow]
+    rows: ThetaRows
     remarks: tuple[Remark, ...]
     unit_in: str
     unit_out: str
@@ -65,9 +70,9 @@ class Identified:
         return theta_units(self.unit_in, self.unit_out)
 
     @property
-    def aside(self) -> list[ThetaRow]:
-        """The rows that are null in part or whole."""
-        return [r for r in self.rows if r.status != "ok"]
+    def aside(self) -> list[tuple[str, str]]:
+        """The runs whose rows are null in part or whole, each with the reason."""
+        return [(run_id, status) for run_id, status in self.rows.statuses() if status != "ok"]
 
 
 def identify(
@@ -85,18 +90,17 @@ def identify(
     SstlError
         If there is no run, two carry the same run_id, they are in different units, or all fail the gate.
     """
-    rows: list[ThetaRow] = []
-    evidence: list[gate.Evidence] = []
+    rows, evidence = ThetaRows(), gate.Witnesses()
     unit_in = unit_out = "N"
     for found in run(runs, options):
-        rows.append(found.row())
+        rows.add(found.values())
         unit_in, unit_out = found.run.unit_in, found.run.unit_out
         if physics:
-            evidence.append(gate.evidence_of(found.run))
+            evidence.add(found.run)
         each(found)
     if not rows:
         raise SstlError("holds no run", where=where, fix="import a recording first", code="E221")
-    remarks = gate.judge(evidence)
+    remarks = gate.judge(evidence.log)
     return Identified(_set_aside(rows, remarks), remarks, unit_in, unit_out)
 
 
@@ -125,7 +129,7 @@ def run(runs: Iterable[Run], options: SegmentOptions) -> Iterator[Segmented]:
         yield Segmented(one, segment_run(one, options))
 
 
-def _set_aside(rows: Sequence[ThetaRow], remarks: Sequence[Remark]) -> list[ThetaRow]:
+def _set_aside(rows: ThetaRows, remarks: Sequence[Remark]) -> ThetaRows:
     """Return the rows of the Theta table with those that fail the physics gate null and the reason in their status.
 
     Raises
@@ -136,28 +140,23 @@ def _set_aside(rows: Sequence[ThetaRow], remarks: Sequence[Remark]) -> list[Thet
     failed: dict[str, Remark] = {}
     for remark in (r for r in reversed(remarks) if r.failed):
         failed.update(dict.fromkeys(remark.run_ids, remark))
+    if not failed:
+        return rows
     # a run that shows no slope anyway says itself why
-    told = {r.run_id for r in rows if (r.gamma_p, r.gamma_r) != (None, None)}
+    told = rows.seen()
     why = {name: remark for name, remark in failed.items() if name in told}
-    if why and all(row.run_id in failed for row in rows):
+    if why and all(run_id in failed for run_id, _ in rows.statuses()):
         first = next(iter(why.values()))
         fix = f"in the mapping: {first.mend}; or --no-physics (in Python physics=False), if you know better"
         raise SstlError(f"cannot be right: {first.sentence}", fix=fix, code="E223")
-    null = {c.name: None for c in THETA.columns if c.nullable and pa.types.is_floating(c.type) and c.name != "lead_mm"}
-    return [
-        row.model_copy(update={**null, "status": f"fails the physics gate ({said.rule}): {said.sentence}"})
-        if (said := why.get(row.run_id))
-        else row
-        for row in rows
-    ]
+    return rows.nulled({name: f"fails the physics gate ({said.rule}): {said.sentence}" for name, said in why.items()})
 
 
-def extra_columns(rows: Sequence[ThetaRow]) -> list[Column]:
+def extra_columns(rows: ThetaRows) -> list[Column]:
     """Return the columns that these rows of the Theta table have beyond its schema."""
-    return [TENDON] if any(row.tendon is not None for row in rows) else []
+    return [TENDON] if rows.name_tendons else []
 
 
 def theta_table(rows: Sequence[ThetaRow]) -> pa.Table:
     """Return the Theta table of these rows."""
-    extra = [pa.field(c.name, c.type) for c in extra_columns(rows)]
-    return pa.Table.from_pylist([row.plain() for row in rows], schema=pa.schema([*THETA.arrow(), *extra]))
+    return (rows if isinstance(rows, ThetaRows) else ThetaRows(rows)).table()

@@ -32,8 +32,9 @@ class Document(Part):
     """A document with a schema id in its field ``schema``."""
 
     data_set_aside: list[DataSetAside] | None = Field(
-        default=None, description="what the reading of logs set aside, where it did; the exit code is 3 then"
+        default=None, description="what the reading of logs set aside, where it did, the first 1000 entries; the exit code is 3 then"
     )
+    data_set_aside_more: int | None = Field(default=None, description="entries beyond those, where there are any")
 
     @classmethod
     def joined(cls, *parts: Part, **fields: object) -> Self:
@@ -46,7 +47,7 @@ class Document(Part):
     def plain(self) -> dict[str, Any]:
         """Return what JSON is written from: the schema id, the fields that were given, inherited ones too, and what was set aside."""
         found = super().plain()
-        aside = {name: found.pop(name) for name in ("data_set_aside",) if name in found}
+        aside: dict[str, Any] = {name: found.pop(name) for name in ("data_set_aside", "data_set_aside_more") if name in found}
         return {"schema": found.pop("schema"), **found, **aside}
 
     @classmethod

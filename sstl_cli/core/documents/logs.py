@@ -113,6 +113,9 @@ class CheckDocument(Document):
     findings: list[Finding]
     physics: list[Remark] = Field(default=[], description="what the physics gate said (docs/gate.md); in findings too")
     sensors: list[Sensor] = Field(default=[], description="how every channel of every run was sampled")
+    short_left_out: int | None = Field(
+        default=None, description="runs too short to be measured that physics and sensors leave out, where there are more than 1000"
+    )
     files: list[str]
 
 

@@ -51,9 +51,12 @@ class SegmentDocument(Document):
     runs: int
     samples: int
     set_aside: int
-    set_aside_runs: list[Aside]
+    set_aside_runs: list[Aside] = Field(description="the first 1000 of them")
     remarks: list[Remark] = Field(default=[], description="what the physics gate said (docs/gate.md)")
     theta: list[ThetaRow]
+    theta_left_out: int | None = Field(
+        default=None, description="rows without a line that ``theta`` leaves out, where there are more than 1000; the table has all"
+    )
     unit: str = Field(default="N", description="unit of the output, biases and residuals")
     unit_in: str = Field(default="N", description="unit of the input; slopes are in unit / unit_in")
     seed: int

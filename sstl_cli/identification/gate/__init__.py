@@ -11,17 +11,45 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import cache
 from typing import Protocol, cast
 
+from sstl_cli.core.aside import LISTED
 from sstl_cli.core.runs import Run
 from sstl_cli.identification.gate import rules
 from sstl_cli.identification.gate.evidence import Evidence
-from sstl_cli.identification.gate.measuring import evidence_of
+from sstl_cli.identification.gate.measuring import MIN_SAMPLES, evidence_of
 from sstl_cli.identification.gate.remark import UNNAMED, Remark
 from sstl_cli.identification.gate.sensors import Sensor, sensor_of, sensors_of
 
-__all__ = ["Evidence", "Remark", "Rule", "Sensor", "catalogue", "evidence_of", "judge", "remarks", "sensor_of", "sensors_of"]
+__all__ = ["Evidence", "Remark", "Rule", "Sensor", "Witnesses", "catalogue", "evidence_of", "judge", "remarks", "sensor_of", "sensors_of"]
+
+
+class Witnesses:
+    """The evidence of runs, taken one by one.
+
+    Of a run that is too short to be measured nothing but labels is judged, and evidence takes kilobytes: of such runs the first LISTED
+    are kept, the others counted in ``short``.
+    """
+
+    def __init__(self) -> None:
+        self.log: list[Evidence] = []
+        self.short = 0
+        self._kept = 0
+
+    def add(self, run: Run, called: str = "") -> Evidence | None:
+        """Take a run, perhaps ``called`` something else than its name; return what is known of it, None where it only counts."""
+        if len(run) < MIN_SAMPLES:
+            if self._kept == LISTED:
+                self.short += 1
+                return None
+            self._kept += 1
+        found = evidence_of(run)
+        if called:
+            found = replace(found, run_id=called)
+        self.log.append(found)
+        return found
 
 
 class Rule(Protocol):
@@ -45,7 +73,10 @@ def catalogue() -> tuple[Rule, ...]:
 
 def remarks(runs: Iterable[Run]) -> tuple[Remark, ...]:
     """Return what cannot be right, or hardly, in the runs of a log (or of several used together): failures first."""
-    return judge([evidence_of(run) for run in runs])
+    found = Witnesses()
+    for run in runs:
+        found.add(run)
+    return judge(found.log)
 
 
 def judge(log: Sequence[Evidence]) -> tuple[Remark, ...]:

@@ -42,6 +42,7 @@ def context(inputs: Inputs) -> dict[str, object]:
         "sampling": _sampling(runs),
         "runs": len(runs),
         "uneven": uneven,
+        "left_out": sum(inputs.left_out.values()),
         "samples": sum(r.samples for r in runs),
         "phased": sum(r.run_id in inputs.phases for r in runs),
     }
