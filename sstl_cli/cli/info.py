@@ -74,7 +74,7 @@ def _describe(path: Path, screen: Screen) -> FileInfo:
         provenance=origin or None,
         columns=reader.file.schema_arrow.names,
     )
-    return held.model_copy(update={"runs": _log(reader, screen)} if schema is LOG else {"ranges": _other(reader, screen)})
+    return held.model_copy(update=_log(reader, screen) if schema is LOG else {"ranges": _other(reader, screen)})
 
 
 def _text(path: Path) -> Any:
@@ -87,10 +87,8 @@ def _text(path: Path) -> Any:
     return table
 
 
-def _log(reader: Any, screen: Screen) -> list[LogRun]:
-    from dataclasses import asdict
-
-    from sstl_cli.core.documents.logs import LogRun
+def _log(reader: Any, screen: Screen) -> dict[str, object]:
+    """Print the runs of a log, and return what its document says of them."""
     from sstl_cli.core.runs import units_of
     from sstl_cli.steps import info_table as step
 
@@ -109,16 +107,28 @@ def _log(reader: Any, screen: Screen) -> list[LogRun]:
         )
         for r in runs[:SHOWN]
     ]
+    told, left_out = step.told(runs)
     units = units_of(reader.file.schema_arrow)
     header = ("run", "config", "system", "rows", "s", "Hz", f"T_in {units['unit_in']}", f"T_out {units['unit_out']}")
-    screen.table(f"{len(runs)} runs", header, rows, more=len(runs) - len(rows))
+    screen.table(
+        f"{len(runs)} runs", header, rows, more=len(runs) - len(rows), whole="--json" if not left_out else "--json, very short ones aside,"
+    )
     if not screen.as_json and runs:
         for line in _loop(step.loop_of(reader, runs[0]), runs[0], units["unit_in"], units["unit_out"]):
             screen.line(line)
     if not screen.as_json:
         # they are made where they are shown; of a million runs they take gigabytes
-        return []
-    return [LogRun(**asdict(r), duration_s=r.end_s - r.start_s, rate_hz=r.rate_hz) for r in runs]
+        return {"runs": []}
+    return {"runs": [_run(r) for r in told], **({"runs_left_out": left_out} if left_out else {})}
+
+
+def _run(r: RunSummary) -> LogRun:
+    """Return a run as a part of the document."""
+    from dataclasses import asdict
+
+    from sstl_cli.core.documents.logs import LogRun
+
+    return LogRun(**asdict(r), duration_s=r.end_s - r.start_s, rate_hz=r.rate_hz)
 
 
 def _span(low: float, high: float) -> str:

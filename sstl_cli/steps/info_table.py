@@ -6,7 +6,7 @@ conversions: none of these is used here.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,11 +14,11 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from sstl_cli.core.aside import Aside
+from sstl_cli.core.aside import LISTED, Aside
 from sstl_cli.core.documents.logs import ColumnRange
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import ROWS_PER_BLOCK, conform
-from sstl_cli.core.sound import LARGEST, OPTIONAL, SMALLEST, too_short, too_small, unsound, why_unsound
+from sstl_cli.core.sound import LARGEST, LEAST_SAMPLES, OPTIONAL, SMALLEST, too_short, too_small, unsound, why_unsound
 from sstl_cli.core.tables import LOG, Schema
 from sstl_cli.steps import info
 from sstl_cli.steps.info import RunSummary, draw_loop
@@ -35,6 +35,14 @@ def runs_of(reader: Any) -> tuple[list[RunSummary], list[Aside]]:
     lost = _Lost()
     runs = info.run(s for table in _tables(reader) for s in _summaries(table, lost))
     return runs, list(lost.entries(runs))
+
+
+def told(runs: Sequence[RunSummary]) -> tuple[list[RunSummary], int]:
+    """Return the runs that a document lists, and how many it leaves out: those of fewer than 16 samples beyond the first LISTED of them."""
+    short = [r.samples < LEAST_SAMPLES for r in runs]
+    nth = np.cumsum(short).tolist()
+    found = [r for r, brief, n in zip(runs, short, nth, strict=True) if not brief or n <= LISTED]
+    return found, len(runs) - len(found)
 
 
 def loop_of(reader: Any, first: RunSummary) -> list[str]:

@@ -54,6 +54,14 @@ def test_check_lists_the_sensors_of_some_and_counts_the_others(monkeypatch, caps
     assert f"{MANY - LISTED} more runs too short to be measured" in out and len(out.splitlines()) < 80
 
 
+def test_info_lists_some_short_runs_and_counts_the_others(monkeypatch, capsys, log) -> None:
+    assert run_here(monkeypatch, "info", log, "--json") == 0
+    (held,) = json.loads(capsys.readouterr().out)["files"]
+    assert (held["rows"], len(held["runs"]), held["runs_left_out"]) == (2 * MANY, LISTED, MANY - LISTED)
+    assert run_here(monkeypatch, "info", log) == 0
+    assert f"and {MANY - 20} more rows; --json, very short ones aside, has all" in capsys.readouterr().out
+
+
 def test_segment_writes_every_row_and_tells_the_first(monkeypatch, capsys, log, tmp_path) -> None:
     theta = tmp_path / "theta.parquet"
     assert run_here(monkeypatch, "segment", log, "--out", theta, "--json") == 3

@@ -158,6 +158,9 @@ class FileInfo(Part):
     provenance: dict[str, Any] | None
     columns: list[str]
     runs: list[LogRun] | None = None
+    runs_left_out: int | None = Field(
+        default=None, description="runs of fewer than 16 samples that ``runs`` leaves out, where there are more than 1000"
+    )
     ranges: dict[str, ColumnRange] | None = None
 
 
