@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import median_filter, uniform_filter1d
 
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import TENSIONS
@@ -23,6 +23,7 @@ from sstl_cli.diagnosis.constants import (
     HALF,
     MIN_READINGS,
     MOST_ALIKE,
+    SPIKE_RUN,
 )
 from sstl_cli.diagnosis.recorder import Faults, limited, scan
 from sstl_cli.identification.gate import Sensor, overflows, sensors_of
@@ -89,6 +90,24 @@ def renewed(run: Run, finite: Mask) -> Run:
             channels[sensor.column] = np.interp(run.time_s, run.time_s[fresh], values[fresh])
             marks[f"known_{sensor.column}"] = fresh.astype(float)
     return replace(run, extra={**run.extra, **marks}, **channels)
+
+
+def switched(runs: Sequence[Run]) -> dict[str, str]:
+    """Return the runs whose outputs take two values and no others in all runs of their system, with what that means.
+
+    Two levels say on which side of one tension the output is. Any slope, zero and curve may lie in between, so that tensions have no
+    likelihood; three, as far apart as the converter has them, are a scale. One level is a hold.
+    """
+    levels: dict[str, dict[str, Array]] = {}
+    for run in runs:
+        read = run.tension_out_n[gaps(run) == 0]
+        if not np.isin(read, (read.min(), read.max())).all():
+            # stray samples are no levels
+            read = median_filter(read, 2 * SPIKE_RUN + 1, mode="nearest")
+        levels.setdefault(run.system, {})[run.run_id] = np.unique(read)
+    told = "the output takes two values: they say on which side of one tension it is, and nothing of a slope"
+    two = [own for own in levels.values() if len(np.unique(np.concatenate(list(own.values())))) == 2]
+    return {run_id: told for own in two for run_id in own}
 
 
 def _standing(top: Mask, longest: float) -> Mask:

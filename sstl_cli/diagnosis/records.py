@@ -20,7 +20,7 @@ from sstl_cli.diagnosis.kalman import MEAN_NEW, TURN
 from sstl_cli.diagnosis.latent import Latent, Slow, Told, block_mean, latent
 from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, unread_n, white_of
 from sstl_cli.diagnosis.motion import slip_of
-from sstl_cli.diagnosis.readings import agreed, folded, gaps, known, renewed, scanned, unfolded
+from sstl_cli.diagnosis.readings import agreed, folded, gaps, known, renewed, scanned, switched, unfolded
 from sstl_cli.diagnosis.recorder import Faults
 from sstl_cli.diagnosis.wander import Wander
 
@@ -174,10 +174,11 @@ def prepare(runs: Sequence[Run], unit_n: float = 1.0, made: Mapping[str, Record]
             aside[run.run_id] = reason
         else:
             usable.append(checked)
+    aside |= switched([run for run, _, _ in usable])
+    usable = [item for item in usable if item[0].run_id not in aside]
     if not usable:
-        reasons = sorted(set(aside.values()))
         raise SstlError(
-            "no run can be diagnosed: " + ("; ".join(reasons) or "there is none"),
+            "no run can be diagnosed: " + ("; ".join(sorted(set(aside.values()))) or "there is none"),
             fix="record input and output over full loops",
             code="E901",
         )

@@ -104,6 +104,27 @@ def test_a_run_that_cannot_be_used_is_set_aside_with_its_reason(bad, reason):
         prepare([bad])
 
 
+def test_an_output_of_two_values_has_no_slope():
+    def levels(name, *edges, system="act", extra=0.0):
+        read = np.digitize(run().tension_out_n, edges).astype(float)
+        read[500] += extra
+        return replace(run(name), system=system, tension_out_n=read)
+
+    good = replace(run("good"), system="sstl")
+    said = "the output takes two values"
+    with pytest.raises(SstlError, match=said):
+        prepare([levels("a", 6.0), levels("b", 8.0)])
+    # a stray sample is no third level; a sound sensor beside it is used
+    for logs in ([levels("a", 6.0), good], [levels("a", 6.0, extra=5.0), good]):
+        found = prepare(logs)
+        assert list(found.set_aside) == ["a"] and found.set_aside["a"].startswith(said) and found.systems == ("sstl",)
+    # what shows a third level in any run is a coarse converter; a flag of another system says nothing of this sensor
+    assert not prepare([levels("a", 6.0), levels("b", 5.0, 8.0)]).set_aside
+    assert list(prepare([levels("a", 6.0), levels("b", 5.0, 8.0, system="sstl")]).set_aside) == ["a"]
+    # one level is a hold
+    assert not prepare([levels("a", 1e9)]).set_aside
+
+
 def test_the_least_that_can_be_used_is_used():
     assert len(prepare([run(n=MIN_SAMPLES, span=40.0)]).records) == 1
     assert len(prepare([run(span=0.22, sd=0.001)]).records) == 1
