@@ -24,17 +24,20 @@ if TYPE_CHECKING:
     from sstl_cli.api.control import Biases, ControllerOptions, compensate
     from sstl_cli.api.diagnosis import Diagnosis, diagnose
     from sstl_cli.api.exporting import Controllers, controllers
+    from sstl_cli.api.installed import DoctorDocument, doctor, schema
     from sstl_cli.api.log import Log, Scenario, read, simulate
     from sstl_cli.api.mapping import Mapping, relate, train
     from sstl_cli.api.planning import PlanDocument, StagesDocument, plan, stages
     from sstl_cli.api.recordings import Guess, guess, import_
+    from sstl_cli.api.watching import AlarmDocument, LoopDocument, WatchDocument, watch
     from sstl_cli.core.errors import SstlError
 
 __version__ = "0.2.0"
 
 __all__ = [
-    "Biases", "ControllerOptions", "Controllers", "Diagnosis", "Guess", "Log", "Mapping", "PlanDocument", "Scenario", "SstlError",
-    "StagesDocument", "compensate", "controllers", "diagnose", "effects", "guess", "import_", "plan", "read", "relate", "simulate", "stages", "train",
+    "AlarmDocument", "Biases", "ControllerOptions", "Controllers", "Diagnosis", "DoctorDocument", "Guess", "Log", "LoopDocument", "Mapping",
+    "PlanDocument", "Scenario", "SstlError", "StagesDocument", "WatchDocument", "compensate", "controllers", "diagnose", "doctor", "effects",
+    "guess", "import_", "plan", "read", "relate", "schema", "simulate", "stages", "train", "watch",
 ]  # fmt: skip
 
 _HOMES = {
@@ -43,6 +46,9 @@ _HOMES = {
     "compensate": "sstl_cli.api.control",
     "Controllers": "sstl_cli.api.exporting",
     "controllers": "sstl_cli.api.exporting",
+    "DoctorDocument": "sstl_cli.api.installed",
+    "doctor": "sstl_cli.api.installed",
+    "schema": "sstl_cli.api.installed",
     "effects": "sstl_cli.api.catalogue",
     "Guess": "sstl_cli.api.recordings",
     "guess": "sstl_cli.api.recordings",
@@ -60,6 +66,10 @@ _HOMES = {
     "StagesDocument": "sstl_cli.api.planning",
     "plan": "sstl_cli.api.planning",
     "stages": "sstl_cli.api.planning",
+    "AlarmDocument": "sstl_cli.api.watching",
+    "LoopDocument": "sstl_cli.api.watching",
+    "WatchDocument": "sstl_cli.api.watching",
+    "watch": "sstl_cli.api.watching",
     "SstlError": "sstl_cli.core.errors",
 }
 

@@ -12,15 +12,12 @@ from sstl_cli.cli import _watch_show as show
 from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Json, Seed
 from sstl_cli.cli.render import Screen, width_of
-from sstl_cli.core.workers import end_if_asked, goes_on, is_interrupt
+from sstl_cli.core.workers import goes_on, is_interrupt
 
 if TYPE_CHECKING:
-    from sstl_cli.cli._watch_sources import Source
     from sstl_cli.core.documents.base import Document
-    from sstl_cli.core.documents.watch import AlarmDocument
-    from sstl_cli.physics.scenario import Scenario
-    from sstl_cli.steps.watch import Alarm, Loop, Watcher
-    from sstl_cli.steps.watch_name import Naming
+    from sstl_cli.steps.watch import Loop
+    from sstl_cli.steps.watch_follow import Event, Following, Told
 
 EPILOG = "Example: sstl watch rig.csv --model mapping.safetensors --until-idle 60 --fail-on-alarm"
 
@@ -54,17 +51,16 @@ class Asked:
 @gathered
 def watch(asked: Asked) -> None:
     """Follow growing logs: one line (with --json one JSON line) a loop, and alarms at a stated false-alarm rate."""
-    from sstl_cli.cli._watch_sources import source_of
     from sstl_cli.cli.origin import refuse
-    from sstl_cli.core.errors import UsageError
     from sstl_cli.identification import SegmentOptions
     from sstl_cli.importers import mapping
     from sstl_cli.mapping.weights import load_model
     from sstl_cli.physics.scenario import load
     from sstl_cli.steps.watch import Watcher, WatchOptions
+    from sstl_cli.steps.watch_follow import Following, FollowOptions
+    from sstl_cli.steps.watch_sources import source_of
 
-    if asked.once and asked.until_idle is not None:
-        raise UsageError("--once and --until-idle exclude one another", fix="give one", code="E250")
+    how = FollowOptions(asked.diagnose, asked.once, asked.until_idle, asked.poll)
     if not asked.diagnose:
         refuse("--no-diagnose", ("--name-after",))
     if asked.once:
@@ -76,106 +72,49 @@ def watch(asked: Asked) -> None:
     scenario = load(asked.sim) if asked.sim else None
     screen.note_versions(scenario and scenario.package_version, "the simulator")
     watcher = Watcher(options, load_model(asked.model) if asked.model is not None else None, scenario)
-    session = _Session(screen, watcher, sources, scenario, asked.diagnose, asked.name_after)
+    following = Following(watcher, sources, how, scenario, screen.note)
+    lines = _Lines(screen)
     screen.note(
         f"learning from {asked.learn} loops a stream, then at most one false alarm in {asked.false_alarms:g} loops"
         + ("" if asked.once or asked.until_idle else "; Ctrl-C ends")
     )
     try:
-        session.follow(asked.once, asked.until_idle, asked.poll)
+        for event in following.follow():
+            lines.show(event)
     except (KeyboardInterrupt, SystemError) as error:
         if not is_interrupt(error):
             raise
         # the usual end of a watch, after which it sums up
         goes_on()
         screen.note("interrupted")
-    session.finish(asked.fail_on_alarm, asked.logs)
+    _finish(following, lines, asked.fail_on_alarm, asked.logs)
 
 
-class _Session:
-    """The loop of looks, and what is shown of it."""
+class _Lines:
+    """What is shown of a watch: a heading, loops, alarms."""
 
-    def __init__(
-        self, screen: Screen, watcher: Watcher, sources: list[Source], sim: Scenario | None, diagnose: bool, name_after: int
-    ) -> None:
-        self.screen, self.watcher, self.sources, self.sim = screen, watcher, sources, sim
-        self.diagnose, self.name_after = diagnose, name_after
-        self.alarms: list[AlarmDocument] = []
-        self._unnamed: list[Alarm] = []
-        self._noted = 0
+    def __init__(self, screen: Screen) -> None:
+        self.screen = screen
         self._headed = False
 
-    def follow(self, once: bool, until_idle: float | None, poll_s: float) -> None:
-        """Look until there is nothing more to come."""
-        import time
+    def show(self, event: Event) -> None:
+        """Show a loop, an alarm as it is raised, or what a diagnosis makes of it."""
+        from sstl_cli.steps.watch import Alarm, Loop
 
-        quiet_since = time.monotonic()
-        while True:
-            if self._look(once):
-                quiet_since = time.monotonic()
-            if once:
-                break
-            end_if_asked()
-            quiet = time.monotonic() - quiet_since
-            if until_idle is not None and quiet >= until_idle:
-                self._look(True)
-                break
-            time.sleep(poll_s if until_idle is None else min(poll_s, max(until_idle - quiet, 0.01)))
-        for event in self.watcher.end():
-            self._show(event)
-
-    def _look(self, last: bool) -> bool:
-        """Take what every source has; return whether there was anything."""
-        found = False
-        for source in self.sources:
-            for piece in source.look(last):
-                found = True
-                for event in self.watcher.feed(piece):
-                    self._show(event)
-        notes = [n for s in self.sources for n in s.notes]
-        for text in notes[self._noted :]:
-            self.screen.note(text)
-        self._noted = len(notes)
-        return found
-
-    def _show(self, event: Loop | Alarm) -> None:
-        from sstl_cli.steps.watch import Alarm
-
-        if isinstance(event, Alarm):
-            self._unnamed.append(event)
-            if event.kind == "range":
-                self._raise(event, None)
-            else:
-                self._line(f"ALARM  {event.stream}: {event.why}")
-        else:
+        if isinstance(event, Loop):
             self._loop(event)
-        waiting = [a for a in self._unnamed if a.kind == "change"]
-        for alarm in waiting:
-            if self.watcher.loops_since(alarm) >= self.name_after:
-                self._name(alarm)
-
-    def _name(self, alarm: Alarm) -> None:
-        from sstl_cli.steps.watch import joined
-        from sstl_cli.steps.watch_name import name_change
-
-        naming = None
-        if self.diagnose:
-            before, since = self.watcher.around(alarm)
-            naming = name_change(joined(before), joined(since), self.sim)
-        self._raise(alarm, naming)
-
-    def _raise(self, alarm: Alarm, naming: Naming | None) -> None:
-        self._unnamed.remove(alarm)
-        document = alarm.document(None if naming is None else naming.document())
-        self.alarms.append(document)
-        if alarm.kind == "range":
-            self._line(f"ALARM  {alarm.stream}: {alarm.why}", document)
-        elif naming is None:
-            self._line("", document)
+        elif isinstance(event, Alarm):
+            self.line(f"ALARM  {event.stream}: {event.why}")
         else:
+            self._told(event)
+
+    def _told(self, told: Told) -> None:
+        naming, text = told.naming, ""
+        if naming is not None:
             named = " + ".join(naming.effects) or naming.status
             group = f" (not told apart: {', '.join(naming.group)})" if len(naming.group) > 1 else ""
-            self._line(f"likely {alarm.stream}: {named}{group}; {naming.why}", document)
+            text = f"likely {told.alarm.stream}: {named}{group}; {naming.why}"
+        self.line(text, told.document())
 
     def _loop(self, event: Loop) -> None:
         """Show a loop, below a heading where it is the first."""
@@ -186,47 +125,32 @@ class _Session:
             if not self.screen.as_json:
                 self.screen.note(show.heading(event.run.unit_out or "N"))
         for line in [""] if self.screen.as_json else show.loop(event, width_of(sys.stdout)):
-            self._line(line, event.document())
+            self.line(line, event.document())
 
-    def _line(self, text: str, document: Document | None = None) -> None:
+    def line(self, text: str, document: Document | None = None) -> None:
         """Show a line at once: a watch may be read by another program as it goes."""
         import sys
 
-        if self.screen.as_json and document is not None:
-            self.screen.document(document)
+        if self.screen.as_json:
+            if document is not None:
+                self.screen.document(document)
         elif text:
             self.screen.say(text)
         sys.stdout.flush()
 
-    def finish(self, fail_on_alarm: bool, names: list[str]) -> NoReturn:
-        """Name what is still unnamed, sum up, and end with the exit code; ``names`` are the logs, as the call gave them."""
-        from sstl_cli.core.documents.watch import WatchDocument
-        from sstl_cli.core.errors import SstlError
 
-        for alarm in [a for a in self._unnamed if a.kind == "change"]:
-            self._name(alarm)
-        aside: dict[str, int] = dict(self.watcher.intake.set_aside)
-        for source in self.sources:
-            for reason, count in source.set_aside.items():
-                aside[reason] = aside.get(reason, 0) + count
-        for reason, count in aside.items():
-            self.screen.note(f"set aside: {count} ({reason})")
-        loops, samples = self.watcher.loops, self.watcher.intake.samples
-        learning = self.watcher.not_armed()
-        self._line(show.summary(loops, samples, len(self.alarms), learning, self.watcher.options.learn))
-        document = WatchDocument(
-            schema="sstl.watch/1",
-            loops=loops,
-            samples=samples,
-            breaks=self.watcher.intake.breaks,
-            alarms=self.alarms,
-            set_aside=aside,
-            not_armed=learning,
-            learn=self.watcher.options.learn,
-        )
-        missed = [f"{len(self.alarms)} alarms"] if fail_on_alarm and self.alarms else []
-        if samples == 0:
-            self.screen.document(document)
-            fix = "is the name right, and are there whole lines?"
-            raise SstlError("no sample was read", where=", ".join(names[:3]), fix=fix, code="E251")
-        self.screen.finish(document, missed=missed, aside=bool(aside))
+def _finish(following: Following, lines: _Lines, fail_on_alarm: bool, names: list[str]) -> NoReturn:
+    """Name what is still unnamed, sum up, and end with the exit code; ``names`` are the logs, as the call gave them."""
+    from sstl_cli.steps.watch_follow import require_samples
+
+    for told in following.rest():
+        lines.show(told)
+    seen, screen = following.summary(), lines.screen
+    for reason, count in seen.set_aside.items():
+        screen.note(f"set aside: {count} ({reason})")
+    lines.line(show.summary(seen.loops, seen.samples, len(seen.alarms), seen.not_armed or {}, following.watcher.options.learn))
+    missed = [f"{len(seen.alarms)} alarms"] if fail_on_alarm and seen.alarms else []
+    if seen.samples == 0:
+        screen.document(seen)
+    require_samples(seen, names)
+    screen.finish(seen, missed=missed, aside=bool(seen.set_aside))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.documents.watch import AlarmDocument, LoopDocument, NamedChange
-from sstl_cli.core.errors import SstlError
+from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.runs import Run
 from sstl_cli.core.tables import PARAMETERS
 from sstl_cli.identification import Segmentation, SegmentOptions, segment_run
@@ -31,6 +31,8 @@ SIDES = (0, 0, 0, 0, 1)
 LEAST_SPREAD = np.array([1e-3, 1e-3, 2e-3, 2e-3, 1e-2])
 # loops of each stream that go into a diagnosis, before the change and since
 KEPT = 8
+# the limits of the charts are known for these; no more loops than are kept can be waited for
+RANGES = {"learn": (10, 100), "false_alarms": (50, 5000), "name_after": (2, KEPT)}
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,11 @@ class WatchOptions:
     false_alarms: float = 500.0
     name_after: int = 4
     segment: SegmentOptions = field(default_factory=SegmentOptions)
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in RANGES.items():
+            if not low <= getattr(self, name) <= high:
+                raise UsageError(f"{name} is {getattr(self, name)}, not {low} to {high}", fix="give a number in that range", code="E252")
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ import pytest
 from program import inside
 
 import sstl_cli as sstl
-from sstl_cli.api import catalogue, control, diagnosis, exporting, log, mapping, planning, recordings
+from sstl_cli.api import catalogue, control, diagnosis, exporting, installed, log, mapping, planning, recordings, watching
 from sstl_cli.cli import app as program
 from sstl_cli.core import sound
 from sstl_cli.core.errors import SstlError
@@ -33,8 +33,9 @@ from sstl_cli.steps.diagnose import DiagnoseOptions
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "data/samples/log.parquet"
 NAMES = [
-    "Biases", "ControllerOptions", "Diagnosis", "Guess", "Log", "Mapping", "PlanDocument", "Scenario", "SstlError", "StagesDocument",
-    "compensate", "diagnose", "effects", "guess", "import_", "plan", "read", "relate", "simulate", "stages", "train",
+    "AlarmDocument", "Biases", "ControllerOptions", "Diagnosis", "DoctorDocument", "Guess", "Log", "LoopDocument", "Mapping", "PlanDocument",
+    "Scenario", "SstlError", "StagesDocument", "WatchDocument", "compensate", "diagnose", "doctor", "effects", "guess", "import_", "plan",
+    "read", "relate", "schema", "simulate", "stages", "train", "watch",
 ]  # fmt: skip
 MEMBERS = {
     "Log": ["check", "export", "from_frame", "frame", "inputs", "phases", "plot", "runs", "segment", "write"],
@@ -59,7 +60,7 @@ MEMBERS = {
 # what a call without names relies on: arguments are added behind these, or by name
 POSITIONS = {
     "compensate": "theta mapping", "controllers": "theta mapping", "diagnose": "log sim", "plan": "scenario effects", "relate": "theta",
-    "simulate": "scenario", "stages": "commands", "train": "theta",
+    "schema": "name", "simulate": "scenario", "stages": "commands", "train": "theta",
     "Log.export": "path force", "Log.from_frame": "frame", "Log.plot": "kind run_id", "Log.write": "path force",
     "Mapping.evaluate": "theta everything", "Mapping.export": "path force", "Mapping.load": "path", "Mapping.predict": "gamma_sstl tendon variant",
     "Mapping.predictions": "theta everything", "Mapping.save": "path force",
@@ -67,7 +68,7 @@ POSITIONS = {
     "Diagnosis.plot": "kind tendon", "Diagnosis.report": "path title force", "Diagnosis.save_model": "path force",
 }  # fmt: skip
 # paths, or names alone
-BY_NAME = {"effects", "guess", "import_", "read"}
+BY_NAME = {"doctor", "effects", "guess", "import_", "read", "watch"}
 FEW = {"effects": ["pulley_friction", "const_friction"], "max_effects": 1}
 
 
@@ -135,7 +136,9 @@ def test_importing_is_cheap_and_loads_nothing_heavy() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", [sstl, log, mapping, diagnosis, control, catalogue, exporting, planning, recordings], ids=lambda m: m.__name__
+    "module",
+    [sstl, log, mapping, diagnosis, control, catalogue, exporting, installed, planning, recordings, watching],
+    ids=lambda m: m.__name__,
 )
 def test_doctests(module) -> None:
     tried = doctest.testmod(module)

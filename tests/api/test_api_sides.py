@@ -20,6 +20,7 @@ SIDES = {
     "check": ["Log.check"],
     "compensate": ["compensate", "ControllerOptions", "Biases"],
     "diagnose": ["diagnose", "plan", "stages"],
+    "doctor": ["doctor"],
     "effects list": ["effects"],
     "effects show": ["effects"],
     "evaluate": ["Mapping.evaluate", "Mapping.predictions", "relate"],
@@ -27,9 +28,11 @@ SIDES = {
     "import": ["import_", "guess"],
     "plot": ["Log.plot", "Diagnosis.plot"],
     "report": ["Diagnosis.report"],
+    "schema": ["schema"],
     "segment": ["Log.segment", "Log.phases"],
     "simulate": ["simulate"],
     "train": ["train"],
+    "watch": ["watch"],
 }
 # options of another name, or that are a function of their own
 NAMED = {
@@ -91,14 +94,16 @@ ALONE = {
     "diagnose --junit": "gates as a file for a build server",
     "diagnose --summary": "a text for a build server; found.sentence and the tables are what it holds",
     "evaluate --max-rmse": A_GATE,
+    "watch --fail-on-alarm": A_GATE,
 }
 # commands of their own kind; docs/python.md says why of each
-COMMANDS_ALONE = {"batch", "blind", "doctor", "info", "reproduce", "schema", "watch"}
+COMMANDS_ALONE = {"batch", "blind", "info", "reproduce"}
 # parameters that stand for an argument of the command, or for nothing that it could take
 ARGUMENTS = {
     "diagnose.log", "evaluate.theta", "import_.files", "guess.files", "Mapping.evaluate.theta", "Mapping.predictions.theta",
     "stages.commands", "train.theta", "Diagnosis.report.path", "controllers.theta", "Controllers.write.path", "Controllers.write_c.path",
     "Log.export.path", "Mapping.export.path",
+    "schema.name", "watch.logs",
     # as an object: files and options of their own hold the same
     "compensate.options", "controllers.options", "Biases.known", "ControllerOptions.observer", "ControllerOptions.widths", "ControllerOptions.band_n",
     "ControllerOptions.deadband_n", "ControllerOptions.tolerance_n", "ControllerOptions.hold_s", "ControllerOptions.ramp_n_s",

@@ -17,11 +17,11 @@ import pytest
 from program import inside
 from watch_logs import HEAD, lines, loops, write
 
-from sstl_cli.cli.watch import _Session
 from sstl_cli.core import workers
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import Run, write_runs
 from sstl_cli.core.tables import THETA
+from sstl_cli.steps.watch_follow import Following
 
 FRICTION = {"const_friction": {"w_l_n": 0.2}}
 
@@ -212,23 +212,23 @@ def test_ctrl_c_is_the_usual_end(tmp_path):
 
 def test_ctrl_c_with_another_face_or_lost_is_the_usual_end_too(tmp_path, monkeypatch):
     path = write(tmp_path / "log.csv", lines([loops(2, {}, 1)]))
-    look = _Session._look
+    look = Following._look
 
-    def compiled(session, last):
-        look(session, last)
+    def compiled(following, last):
+        yield from look(following, last)
         # what Python makes of an exception in code that returned all the same
         raise SystemError("returned a result with an exception set") from workers.Interrupted()
 
-    monkeypatch.setattr(_Session, "_look", compiled)
+    monkeypatch.setattr(Following, "_look", compiled)
     done = sstl(path, "--poll", "0.05")
     assert "interrupted" in done.stderr and "not armed: act A" in done.stdout
 
-    def lost(session, last):
+    def lost(following, last):
         # where nothing can be raised, as while an object is taken down, the handler leaves no more than this
         monkeypatch.setattr(workers, "_asked", True)
-        return look(session, last)
+        yield from look(following, last)
 
-    monkeypatch.setattr(_Session, "_look", lost)
+    monkeypatch.setattr(Following, "_look", lost)
     done = sstl(path, "--poll", "0.05")
     assert "interrupted" in done.stderr and "not armed: act A" in done.stdout
 

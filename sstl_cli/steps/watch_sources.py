@@ -1,14 +1,16 @@
-"""Where ``sstl watch`` gets its samples: growing text files, and folders in which finished files appear."""
+"""Where a watch gets its samples: growing text files, and folders in which finished files appear."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from sstl_cli.core.runs import Run
-    from sstl_cli.importers.mapping import Mapping
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.runs import Run, recorded_runs
+from sstl_cli.importers.follow import TextFollower
+from sstl_cli.importers.mapping import Mapping
+from sstl_cli.steps import import_
 
 # a file that cannot be read and has not grown for so many looks is damaged
 PATIENCE = 20
@@ -27,8 +29,6 @@ class Source(Protocol):
 
 def source_of(text: str, mapping: Mapping) -> Source:
     """Return the source a user named: a folder, a pattern of files, or one file."""
-    from sstl_cli.importers.follow import TextFollower
-
     path = Path(text)
     if path.is_dir():
         return Chunks(path, "*.parquet", mapping)
@@ -51,8 +51,6 @@ class Chunks:
 
     def look(self, last: bool = False) -> Iterator[Run]:
         """Yield the runs of files that are new; one still being written is tried again."""
-        from sstl_cli.core.errors import SstlError
-
         names = [p.name for p in self.folder.glob(self.name)] if self.pattern else [self.name]
         for name in sorted(n for n in names if n not in self._done and not n.startswith(".")):
             path = self.folder / name
@@ -72,9 +70,6 @@ class Chunks:
             yield from runs
 
     def _runs(self, path: Path) -> Iterator[Run]:
-        from sstl_cli.core.runs import recorded_runs
-        from sstl_cli.steps import import_
-
         if path.suffix.lower() == ".parquet" and not self.mapping.columns:
             # pauses and faulty samples are sorted out over the ends of files, by the watcher
             yield from recorded_runs(path)
