@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping as Named
 from collections.abc import Sequence
 from os import PathLike
@@ -13,34 +12,23 @@ import pyarrow as pa
 
 from sstl_cli.api.log import Log
 from sstl_cli.api.mapping import Mapping, table_of
-from sstl_cli.control import parameters, reference_file
+from sstl_cli.control import reference_file
 from sstl_cli.control.controller import METHODS
 from sstl_cli.control.controller import Options as ControllerOptions
 from sstl_cli.control.plant import TensionLoop
 from sstl_cli.control.references import NAMES, Reference
 from sstl_cli.control.scoring import MAPE_FLOOR_N
 from sstl_cli.core.errors import SstlError, nearest
-from sstl_cli.core.files import read_json
 from sstl_cli.physics.scenario import Scenario, load
 from sstl_cli.steps import compensate as compensating
-from sstl_cli.steps import compensate_model as modelled
 from sstl_cli.steps import compensate_setup as setup
-from sstl_cli.steps.compensate import Case
+from sstl_cli.steps import compensate_source as sourcing
 from sstl_cli.steps.compensate_setup import Biases
+from sstl_cli.steps.compensate_source import Source
 
 __all__ = ["Biases", "ControllerOptions", "compensate"]
 
 References = Sequence[str | PathLike[str]] | Named[str, pd.DataFrame]
-
-
-@dataclasses.dataclass(frozen=True)
-class Source:
-    """What drives the controller: configurations, why others are set aside, options that are stored, a simulator."""
-
-    cases: list[Case]
-    aside: dict[str, str]
-    options: ControllerOptions
-    model: Scenario | None = None
 
 
 def compensate(
@@ -66,7 +54,7 @@ def compensate(
     ----------
     theta : DataFrame, Scenario or path
         Theta table, as ``log.segment()`` returns it; its ``act`` rows are the plants unless another is given. Or a simulator, such
-        as the model of a diagnosis or its TOML file, for lines and plant; or the parameter file (JSON) of ``sstl export``.
+        as the model of a diagnosis, for lines and plant; or a file of either; or the parameter file (JSON) of ``sstl export``.
     mapping : Mapping, optional
         Predicts the actuation slopes from the sensing loop, for the methods ``proposed`` and ``no-bias``.
     references : sequence of str or path, or mapping of name to DataFrame
@@ -133,14 +121,13 @@ def compensate(
 
 
 def source_of(theta: pd.DataFrame | Scenario | str | PathLike[str]) -> Source:
-    """Return the lines of a Theta table, of a simulator or of a parameter file."""
+    """Return the lines of a Theta table, of a simulator or its name, or of a file with any of them."""
     if isinstance(theta, pd.DataFrame):
         return Source(*compensating.cases_of(table_of(theta)), ControllerOptions())
-    if not isinstance(theta, Scenario) and Path(theta).suffix == ".json":
-        stored = parameters.read(read_json(Path(theta), parameters.SCHEMA), str(theta))
-        return Source(setup.stored_cases(stored.configurations), {}, stored.options)
-    model = theta if isinstance(theta, Scenario) else load(str(theta))
-    return Source(*modelled.cases_of(model), ControllerOptions(), model)
+    if isinstance(theta, Scenario):
+        return sourcing.simulated(theta)
+    # a built-in simulator has a name without ending
+    return sourcing.source_of(Path(theta)) if Path(theta).suffix else sourcing.simulated(load(str(theta)))
 
 
 def biases_of(given: Biases | pd.DataFrame | None) -> Biases:

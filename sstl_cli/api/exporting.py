@@ -34,7 +34,7 @@ def controllers(
     Parameters
     ----------
     theta : DataFrame, Scenario or path
-        Theta table, as ``log.segment()`` returns it; a simulator, such as the model of a diagnosis, or its TOML file; or a
+        Theta table, as ``log.segment()`` returns it; a simulator, such as the model of a diagnosis; a file of either; or a
         parameter file (JSON).
     mapping : Mapping, optional
         Predicts the actuation slopes from the sensing loop.

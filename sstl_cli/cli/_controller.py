@@ -65,15 +65,12 @@ def controller_options(source: Path, given: Settings) -> Options:
         If a value does not fit.
     """
     from sstl_cli.cli.origin import refuse
-    from sstl_cli.control import parameters
     from sstl_cli.control.controller import Options
     from sstl_cli.core.config import parse
     from sstl_cli.core.errors import SstlError, UsageError
-    from sstl_cli.core.files import read_json
+    from sstl_cli.steps.compensate_source import source_of
 
-    stored = Options()
-    if source.suffix == ".json":
-        stored = parameters.read(read_json(source, parameters.SCHEMA), str(source)).options
+    stored = source_of(source).options if source.suffix == ".json" else Options()
     named = {
         "t_max_n": given.t_max,
         "max_rate_n_s": given.max_rate,
@@ -96,30 +93,20 @@ def controller_options(source: Path, given: Settings) -> Options:
 def load_cases(path: Path, model: Path | None, biases: Biases, config_id: str | None) -> tuple[list[Case], dict[str, str]]:
     """Return the configurations of a Theta table or of a simulator, mapped where a model is given, and what was set aside."""
     from sstl_cli.cli.origin import refuse
-    from sstl_cli.control import parameters
-    from sstl_cli.core.files import read_json
     from sstl_cli.core.parquet import open_table
     from sstl_cli.core.tables import THETA
     from sstl_cli.steps import compensate as step
     from sstl_cli.steps import compensate_setup as setup
+    from sstl_cli.steps.compensate_source import source_of
 
     if model is None:
         refuse("a call without --model", OF_BIASES, "give the mapping, or leave it out: identified lines have biases of their own")
-    aside: dict[str, str] = {}
-    if path.suffix == ".toml":
-        from sstl_cli.physics.scenario import load
-        from sstl_cli.steps.compensate_model import cases_of
-
-        cases, aside = cases_of(load(str(path)))
-    elif path.suffix == ".json":
-        cases = setup.stored_cases(parameters.read(read_json(path, parameters.SCHEMA), str(path)).configurations)
-    else:
-        cases, aside = step.cases_of(open_table(path, THETA).table())
+    source = source_of(path)
     mapping, known = None, None
-    if model is not None and cases:
+    if model is not None and source.cases:
         from sstl_cli.mapping import load_model
 
         mapping = load_model(model)
         # biases are pre-calibrated: those of the training data, unless the user gives others
         known = step.mean_biases(step.cases_of(open_table(biases.bias_theta, THETA).table())[0]) if biases.bias_theta else None
-    return setup.chosen(cases, aside, mapping, setup.Biases(biases.beta_p, biases.beta_r, known), config_id, str(path))
+    return setup.chosen(source.cases, source.aside, mapping, setup.Biases(biases.beta_p, biases.beta_r, known), config_id, str(path))

@@ -93,6 +93,8 @@ def test_a_simulator_a_parameter_file_and_another_plant(folder: Path, theta: pd.
     model.write_text('[[configurations]]\nid = "CP-020"\ntheta = 0.3\n')
     scores, _ = driven(folder, "--sim", model, *ONE)
     pd.testing.assert_frame_equal(sstl.compensate(model, **SAME), scores)
+    scores, _ = driven(folder, "--theta", folder / "theta.parquet", *ONE)
+    pd.testing.assert_frame_equal(sstl.compensate(folder / "theta.parquet", **SAME), scores)
     assert inside("export", folder / "theta.parquet", "-f", "json", "--t-max", 40, "--out", folder / "p.json").returncode == 0
     scores, _ = driven(folder, "--theta", folder / "p.json", *ONE, "--plant", folder / "theta.parquet")
     pd.testing.assert_frame_equal(sstl.compensate(folder / "p.json", plant=theta, **SAME), scores)
