@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 import pyarrow as pa
 
+from sstl_cli.core.documents.logs import LogRun
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import conform
 from sstl_cli.core.provenance import Provenance, inputs_of
@@ -20,6 +21,7 @@ from sstl_cli.core.sound import noted
 from sstl_cli.core.tables import LOG, TENDON
 from sstl_cli.identification import SegmentOptions, samples
 from sstl_cli.physics.scenario import Scenario, load
+from sstl_cli.steps import info as telling
 from sstl_cli.steps import judge as judging
 from sstl_cli.steps import segment as segmenting
 from sstl_cli.steps import simulate as simulating
@@ -90,6 +92,17 @@ class Log:
         tables = [run_table(r, tendons) for r in self.runs]
         frame: pd.DataFrame = (pa.concat_tables(tables) if tables else LOG.arrow().empty_table()).to_pandas()
         return frame
+
+    def summary(self) -> pd.DataFrame:
+        """Return one row a run, as ``sstl info`` tells it of a file: labels, samples, times in s, rate in Hz, ranges in N.
+
+        Examples
+        --------
+        >>> simulate("two-tendons", seed=1).summary()[["run_id", "samples", "rate_hz"]].head(1).round(1).values.tolist()
+        [['CP-020-0-ramp_hold-act-A', 4000, 100.0]]
+        """
+        rows = [telling.summary_of(r).document().model_dump() for r in self.runs if len(r)]
+        return pd.DataFrame(rows, columns=list(LogRun.model_fields))
 
     def segment(
         self,

@@ -12,7 +12,7 @@ from sstl_cli.cli.options import Config, Json
 from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
-    from sstl_cli.core.documents.logs import ColumnRange, FileInfo, LogRun
+    from sstl_cli.core.documents.logs import ColumnRange, FileInfo
     from sstl_cli.steps.info import RunSummary
 
 EPILOG = "Example: sstl info log.parquet"
@@ -119,16 +119,7 @@ def _log(reader: Any, screen: Screen) -> dict[str, object]:
     if not screen.as_json:
         # they are made where they are shown; of a million runs they take gigabytes
         return {"runs": []}
-    return {"runs": [_run(r) for r in told], **({"runs_left_out": left_out} if left_out else {})}
-
-
-def _run(r: RunSummary) -> LogRun:
-    """Return a run as a part of the document."""
-    from dataclasses import asdict
-
-    from sstl_cli.core.documents.logs import LogRun
-
-    return LogRun(**asdict(r), duration_s=r.end_s - r.start_s, rate_hz=r.rate_hz)
+    return {"runs": [r.document() for r in told], **({"runs_left_out": left_out} if left_out else {})}
 
 
 def _span(low: float, high: float) -> str:

@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import LARGEST
+
+if TYPE_CHECKING:
+    # pydantic is not imported for a call that shows no document
+    from sstl_cli.core.documents.logs import LogRun
 
 # dots of a braille cell by (column, row)
 _DOTS = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
@@ -33,6 +41,12 @@ class RunSummary:
         length = self.end_s - self.start_s
         return (self.samples - 1) / length if self.samples > 1 and length > 0 else None
 
+    def document(self) -> LogRun:
+        """Return the run as ``sstl info --json`` tells it."""
+        from sstl_cli.core.documents.logs import LogRun
+
+        return LogRun(**asdict(self), duration_s=self.end_s - self.start_s, rate_hz=self.rate_hz)
+
     def add(self, other: RunSummary) -> None:
         """Take in another stretch of the same run."""
         self.samples += other.samples
@@ -50,6 +64,12 @@ def run(parts: Iterable[RunSummary]) -> list[RunSummary]:
         else:
             merged[part.run_id] = part
     return list(merged.values())
+
+
+def summary_of(run: Run) -> RunSummary:
+    """Return the summary of a run in memory."""
+    ends = [float(f(v)) for v in (run.time_s, run.tension_in_n, run.tension_out_n) for f in (np.min, np.max)]
+    return RunSummary(run.run_id, run.system, run.config_id, run.location, len(run), *ends)
 
 
 def draw_loop(x: Sequence[float], y: Sequence[float], width: int = 44, height: int = 11) -> list[str]:

@@ -207,3 +207,11 @@ def test_a_log_draws_what_the_program_draws() -> None:
 
 def lines_of(figure: Figure) -> list[np.ndarray]:
     return [line.get_xydata() for axes in figure.axes for line in axes.lines]
+
+
+def test_a_log_is_told_run_by_run_as_the_program_tells_it() -> None:
+    told = json.loads(inside("info", SAMPLE, "--json").stdout)["files"][0]["runs"]
+    made = sstl.read(SAMPLE).summary()
+    pd.testing.assert_frame_equal(made, pd.DataFrame(told)[list(made.columns)])
+    assert len(made) == 8 and made["samples"].sum() == 16800
+    assert list(sstl.Log(()).summary().columns) == list(made.columns)

@@ -38,7 +38,7 @@ NAMES = [
     "read", "relate", "schema", "simulate", "stages", "train", "watch",
 ]  # fmt: skip
 MEMBERS = {
-    "Log": ["check", "export", "from_frame", "frame", "inputs", "phases", "plot", "runs", "segment", "write"],
+    "Log": ["check", "export", "from_frame", "frame", "inputs", "phases", "plot", "runs", "segment", "summary", "write"],
     "Mapping": ["evaluate", "export", "history", "load", "model", "predict", "predictions", "save", "variants"],
     "Controllers": ["lines", "method", "options", "set_aside", "write", "write_c"],
     "Diagnosis": [

@@ -26,6 +26,7 @@ SIDES = {
     "evaluate": ["Mapping.evaluate", "Mapping.predictions", "relate"],
     "export": ["controllers", "Controllers.write_c", "Controllers.write", "Log.export", "Mapping.export", "ControllerOptions", "Biases"],
     "import": ["import_", "guess"],
+    "info": ["Log.summary"],
     "plot": ["Log.plot", "Diagnosis.plot"],
     "report": ["Diagnosis.report"],
     "schema": ["schema"],
@@ -97,7 +98,7 @@ ALONE = {
     "watch --fail-on-alarm": A_GATE,
 }
 # commands of their own kind; docs/python.md says why of each
-COMMANDS_ALONE = {"batch", "blind", "info", "reproduce"}
+COMMANDS_ALONE = {"batch", "blind", "reproduce"}
 # parameters that stand for an argument of the command, or for nothing that it could take
 ARGUMENTS = {
     "diagnose.log", "evaluate.theta", "import_.files", "guess.files", "Mapping.evaluate.theta", "Mapping.predictions.theta",
