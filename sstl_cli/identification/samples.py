@@ -16,7 +16,7 @@ from sstl_cli.identification.gate.dropouts import MEND, Dropouts, dropouts_of
 from sstl_cli.identification.gate.rules.magnitude import impossible
 from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
 from sstl_cli.identification.gate.sequence import in_turn
-from sstl_cli.identification.gate.stamps import mend_backward, mend_repeated
+from sstl_cli.identification.gate.stamps import gaps_of, mend_backward, mend_repeated
 
 Array = NDArray[np.float64]
 Level = Literal["failure", "remark"]
@@ -198,8 +198,8 @@ def _time(columns: dict[str, Array]) -> list[Finding]:
     period = float(np.median(forward))
     gaps = int(np.count_nonzero(step > GAP_PERIODS * period))
     if gaps:
-        detail = f"longest {step.max():.4g} s at a period of {period:.4g} s"
-        found.append(Finding(FAILURE, "gaps", "time_s", gaps, detail, "split the run at its gaps"))
+        what, detail, advice = gaps_of(columns, step, period)
+        found.append(Finding(FAILURE, what, "time_s", gaps, detail, advice))
     count, short = _missed(time, step, period)
     if short:
         found.append(Finding(REMARK, "missing samples", "time_s", count, f"{short} short gaps", "none needed"))

@@ -11,6 +11,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
+from sstl_cli.core.packets import packets_of
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import GAP_PERIODS, LARGEST, OPTIONAL, unsound
 from sstl_cli.importers.chunk import Chunk, joined, rows_of
@@ -236,6 +237,8 @@ class Splitter:
                 fix="use --on-gap split or fill, or raise gap_s",
                 code="E353",
             )
+        if self.policy.time.gap_s is None:
+            self._refuse_packets(chunk, changes)
         self.counts.gaps += n
         if how == "split" or self.step_s is None:
             return chunk, changes | gaps, body
@@ -261,6 +264,16 @@ class Splitter:
         spread[original] = starts
         # rows filled in front of the held-back sample belong to this body already
         return Chunk(signals, labels), spread, body + int((where <= body).sum())
+
+    def _refuse_packets(self, chunk: Chunk, changes: NDArray[np.bool_]) -> None:
+        """Refuse rows that were stamped when they arrived: each packet would be a run of its own, at a rate that nothing was recorded with."""
+        starts = [0, *np.flatnonzero(changes[1:]) + 1, len(chunk)]
+        for a, b in pairwise(starts):
+            signals = {name: values[a:b] for name, values in chunk.signals.items()}
+            found = packets_of(signals["time_s"], tuple(signals[name] for name in TENSIONS))
+            if found is not None:
+                fix = f"{found.mend} (or, if the pauses are real, gap_s in [time])"
+                raise SstlError(f"time comes in {found.said}", where=self.where, fix=fix, code="E358")
 
     def _add(self, piece: Chunk) -> Iterator[Run]:
         if not self.open and self.waiting_rows == 0:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.packets import packets_of
+from sstl_cli.core.sound import TENSIONS
+
 Array = NDArray[np.float64]
 # part of the rows that repeat a stamp from which on it is the clock that is coarse
 TICKS = 0.1
@@ -32,3 +35,12 @@ def mend_repeated(step: Array, columns: dict[str, Array]) -> str:
     if twice or share < TICKS:
         return 'import with [time] repeated = "last"' + (" (rows of one time are the same)" if twice else "")
     return f"state the rate (time_s = {{ rate_hz = ... }}): the stamps are coarser than the rows, and one row a stamp would leave {100 * (1.0 - share):.0f} %"
+
+
+def gaps_of(columns: dict[str, Array], step: Array, period: float) -> tuple[str, str, str]:
+    """Return what the gaps of a clock are, how long, and what mends them: rows are missing, or came in packets and were stamped on arrival."""
+    tensions = tuple(columns[c] for c in TENSIONS if c in columns)
+    packets = packets_of(columns["time_s"], tensions) if len(step) + 1 == len(columns["time_s"]) else None
+    if packets is not None:
+        return "stamped in packets", packets.said, packets.mend
+    return "gaps", f"longest {step.max():.4g} s at a period of {period:.4g} s", "split the run at its gaps"
