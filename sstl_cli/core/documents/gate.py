@@ -39,6 +39,9 @@ class Sensor(Part):
     still_share: float
     white: bool = Field(default=True, description="whether the noise is noise, and not the motion between slow samples")
     still_left: bool = Field(default=False, description="whether the value jumps at the end of the stretch in which it stood still")
+    restless: bool = Field(
+        default=False, description="whether the channel has its noise all the while but in the stretch in which it stood still"
+    )
     digit_n: float = Field(
         default=0.0, description="last digit, where nothing but its rounding is left beside the movement (a command); 0 for readings"
     )

@@ -34,6 +34,8 @@ LONG_SHARE = 0.15
 COMES_BACK = 0.25
 # samples beside a stretch whose middle one or two spikes do not move
 PASSING = 5
+# samples in a block whose noise second differences measure to 13 %, fewest of them, and part of the usual noise that the quietest of thousands has by chance
+BLOCK, FEW_BLOCKS, QUIETEST = 64, 16, 0.5
 # share of whole tens in whole numbers (a tenth by chance) and of samples that lost a digit (a tenth), with room for few samples; decades within which
 # these join their neighbours, and beyond which others stand off them
 TENS, LOST, JOINS, OFF = 0.03, 0.04, 0.06, 0.3
@@ -47,7 +49,7 @@ class Sensor:
     the channel is a sample-and-hold. ``step_n`` is the quantisation step, 0 where there is none. ``noise_n`` is the
     white noise of the renewed samples. ``still_s`` is the longest stretch of one value beyond what refresh, step and
     noise explain, ``still_at_s`` its beginning (0 where there is none), and ``still_share`` the part of all samples
-    in such stretches; ``still_left`` whether the value jumps at the end of it. ``white`` tells whether ``noise_n`` is noise, and not the motion between slow samples;
+    in such stretches; ``still_left`` whether the value jumps at the end of it, ``restless`` whether the noise is there all the while but in it. ``white`` tells whether ``noise_n`` is noise, and not the motion between slow samples;
     ``digit_n`` is the last digit where nothing but its rounding is left beside the movement, 0 for readings of a sensor.
     """
 
@@ -62,6 +64,7 @@ class Sensor:
     white: bool = True
     still_left: bool = False
     digit_n: float = 0.0
+    restless: bool = False
 
     @property
     def held(self) -> bool:
@@ -144,7 +147,26 @@ def sensor_of(column: str, time_s: Array, values: Array) -> Sensor:
     # noise may hide between levels
     digit = rounding_of(renewed) if step == 0.0 or ramps(v) else 0.0
     at = float(time[found.at]) if found.length else 0.0
-    return Sensor(column, period, hold * period, step, noise, found.length * period, at, found.share, noisy(renewed), found.left, digit)
+    restless = found.length > 0.0 and hold == 1.0 and not ramps(v) and _restless(v, found, step, noise)
+    return Sensor(
+        column, period, hold * period, step, noise, found.length * period, at, found.share, noisy(renewed), found.left, digit, restless
+    )
+
+
+def _restless(v: Array, rest: _Stretch, step: float, noise: float) -> bool:
+    """Whether a channel has its noise in all blocks but those of a stretch: no sensor that is quiet at rest, or is sent anew when it has moved.
+
+    A noise that shows through its levels repeats a value by chance now and then, and never for a block.
+    """
+    if not noise > 0.0 or step > COARSE * noise or rest.length < BLOCK:
+        return False
+    a, b = rest.at, rest.at + int(rest.length)
+    outside = [v[:a], v[b:]]
+    blocks = np.concatenate([w[: len(w) // BLOCK * BLOCK].reshape(-1, BLOCK) for w in outside])
+    if len(blocks) < FEW_BLOCKS:
+        return False
+    second = np.diff(blocks, n=2, axis=1)
+    return bool(np.min(np.sqrt(np.mean(second**2, axis=1) / 6.0)) > QUIETEST * noise)
 
 
 def digits_lost(values: Array) -> float:

@@ -44,7 +44,29 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                     "probably stuck",
                     f'skip this stretch, or {CHANNELS[i]} = {{ column = (another sensor) }}',
                 )  # fmt: skip
+        yield from _silent(log, i)
     yield from _against(log)
+
+
+def _silent(log: Sequence[Evidence], i: int) -> Iterator[Remark]:
+    """Yield runs one of whose channels loses its noise for a while and comes back elsewhere, whatever the other one does: in backlash that rests as well."""
+    hit = [e for e in log if _lost_noise(e, i)]
+    if hit:
+        e = max(hit, key=lambda h: h.sensors[i].still_s)
+        s = e.sensors[i]
+        yield Remark(
+            tuple(h.run_id for h in hit), RULE, "remark", s.still_s, "s",
+            f"{names([h.run_id for h in hit])}: the {WORDS[i]} repeats one value for {s.still_s:.3g} s from {s.still_at_s:.4g} s on, where it has noise of "
+            f"{s.noise_n:.2g} N all the rest of the time, and goes on elsewhere with a jump; the sensor was probably stuck, or its last value filled in",
+            f'skip this stretch, or {CHANNELS[i]} = {{ column = (another sensor) }}',
+        )  # fmt: skip
+
+
+def _lost_noise(e: Evidence, i: int) -> bool:
+    """Whether a channel that always has its noise repeats one value for a while, and jumps away from it."""
+    s = e.sensors[i]
+    lasts = s.still_s >= LEAST_S and LEAST_SHARE <= s.still_share < 1.0
+    return e.usable and lasts and s.fine and s.restless and s.still_left and not _stuck(e, i) and not _paused(e)
 
 
 def _against(log: Sequence[Evidence]) -> Iterator[Remark]:

@@ -1,0 +1,56 @@
+"""What a recorder does to a run: a value that is held, rows of another place, a clock in another unit; and movements that only look so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identification_loops import play
+from identification_slips import lines
+
+from sstl_cli.core.runs import Run
+from sstl_cli.identification.gate import evidence_of
+from sstl_cli.identification.gate.rules import stuck
+
+
+def rested(first: float, second: float, noise: float, seed: int = 0) -> Run:
+    """Return a run whose input goes between two levels over a small backlash in which the output stands."""
+    t = np.arange(6000) * 0.02
+    x = 14.0 + first * np.sin(0.4 * t) + second * np.sin(1.1 * t)
+    y = play(x, lines(0.6))
+    sd = noise * np.random.default_rng(seed).standard_normal((2, len(t)))
+    return Run("held", "act", t, x + sd[0], y + sd[1], config_id="a", trajectory="rand")
+
+
+def held(run: Run, begin: int, length: int) -> Run:
+    x = run.tension_in_n.copy()
+    x[begin : begin + length] = x[begin]
+    return replace(run, tension_in_n=x)
+
+
+@pytest.mark.parametrize("begin", [1000, 2500, 4000])
+def test_an_input_that_loses_its_noise_is_stuck_whatever_the_output_does(begin):
+    run = rested(5.0, 2.0, 0.03)
+    assert not list(stuck.look([evidence_of(run)]))
+    told = [r for r in stuck.look([evidence_of(held(run, begin, 150))]) if r.rule == "stuck"]
+    assert len(told) == 1 and told[0].number == pytest.approx(3.0, abs=0.05)
+
+
+def test_a_sensor_that_is_silent_at_rest_is_not_stuck():
+    run = rested(5.0, 2.0, 0.03)
+    # the input rests now and then, and reads the same there: vibration is all its noise
+    x = run.tension_in_n.copy()
+    for begin in range(500, 5900, 900):
+        x[begin : begin + 150] = x[begin]
+    evidence = evidence_of(replace(run, tension_in_n=x))
+    assert not evidence.sensors[0].restless
+    assert not [r for r in stuck.look([evidence]) if "has noise of" in r.sentence]
+
+
+@pytest.mark.parametrize("step", [0.05, 0.5])
+def test_a_value_that_a_converter_or_a_slow_sensor_repeats_is_no_stuck_one(step):
+    run = rested(5.0, 2.0, 0.03)
+    slow = np.repeat(run.tension_in_n[::10], 10)
+    for x in (step * np.round(run.tension_in_n / step), slow, step * np.round(slow / step)):
+        assert not list(stuck.look([evidence_of(replace(run, tension_in_n=x))]))
