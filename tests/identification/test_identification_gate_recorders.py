@@ -11,7 +11,7 @@ from identification_slips import lines
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification.gate import evidence_of
-from sstl_cli.identification.gate.rules import stuck
+from sstl_cli.identification.gate.rules import joined, stuck
 
 
 def rested(first: float, second: float, noise: float, seed: int = 0) -> Run:
@@ -54,3 +54,36 @@ def test_a_value_that_a_converter_or_a_slow_sensor_repeats_is_no_stuck_one(step)
     slow = np.repeat(run.tension_in_n[::10], 10)
     for x in (step * np.round(run.tension_in_n / step), slow, step * np.round(slow / step)):
         assert not list(stuck.look([evidence_of(replace(run, tension_in_n=x))]))
+
+
+def turned(run: Run, at: int) -> Run:
+    """Return a run whose later part was put first, its clock as it was."""
+    return replace(run, **{n: np.roll(getattr(run, n), -at) for n in ("tension_in_n", "tension_out_n")})
+
+
+def jump(run: Run, at: int) -> tuple[float, float]:
+    """Return by how much (N) both channels jump where the end of a run meets its beginning."""
+    return tuple(abs(float(v[0] - v[-1])) for v in (run.tension_in_n, run.tension_out_n))
+
+
+def test_pieces_in_another_order_are_told_at_a_high_level_too():
+    # the output goes over less than half of its level, as behind a large backlash
+    run = rested(6.0, 3.0, 0.02)
+    piece = replace(run, **{n: getattr(run, n)[:5000] for n in ("time_s", "tension_in_n", "tension_out_n")})
+    evidence = evidence_of(turned(piece, 2000))
+    assert evidence.ranges[1].span < 0.5 * evidence.ranges[1].largest
+    assert min(jump(piece, 2000)) > 50.0 * 0.02
+    told = list(joined.look([evidence]))
+    assert told and evidence.seam_at_s == pytest.approx(60.0, abs=0.05)
+    assert not list(joined.look([evidence_of(piece)]))
+
+
+@pytest.mark.parametrize("count", [1, 2, 6])
+def test_a_drive_that_steps_at_a_high_level_is_no_seam(count):
+    t = np.arange(4000) * 0.02
+    level = 20.0 + 4.0 * (np.searchsorted(np.linspace(0.0, 80.0, count + 2)[1:-1], t) % 2)
+    noise = 0.02 * np.random.default_rng(count).standard_normal((2, len(t)))
+    y = play(level, lines(0.3))
+    evidence = evidence_of(Run("step", "act", t, level + noise[0], y + noise[1], config_id="a"))
+    assert not evidence.seam_alone
+    assert not list(joined.look([evidence]))

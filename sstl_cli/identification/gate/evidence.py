@@ -71,7 +71,7 @@ class Evidence:
     ``filled`` is a stretch that was interpolated, ``held_while`` what the other channel moves by while a slow one is held (N).
     ``disorder`` tells how the rows were put in another order, ``dropouts`` are readings of one level that replace missing ones (input, output),
     ``roughness`` are the steps from one sample to the next over those between samples in any order, ``raw_correlation`` is that of all samples,
-    ``hums`` are lines of one frequency, ``lost`` are stretches of nothing but noise (input, output). ``seam`` is the largest jump that both channels make together (shares of their spans), ``noise_ratio`` the noise of
+    ``hums`` are lines of one frequency, ``lost`` are stretches of nothing but noise (input, output). ``seam`` is the largest jump that both channels make together (shares of their spans), ``seam_alone`` whether nothing else in the run is like it, ``noise_ratio`` the noise of
     the second half over that of the first. ``keys`` are fingerprints of short stretches of both channels, ``output_keys`` of the output where its noise shows, ``sketch`` is the noise of both channels, which survives a
     change of unit and a rounding, ``again`` what of a run comes in it twice.
     """
@@ -122,6 +122,7 @@ class Evidence:
     lost: tuple[Lost | None, Lost | None]
     seam: tuple[float, float]
     seam_at_s: float
+    seam_alone: bool
     noise_ratio: tuple[float, float]
     filled: Filled
     held_while: tuple[float, float]

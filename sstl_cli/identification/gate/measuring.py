@@ -27,7 +27,7 @@ from sstl_cli.identification.gate.lost import lost_of
 from sstl_cli.identification.gate.movement import NO_MOVEMENT, loop_work, movement_of
 from sstl_cli.identification.gate.noises import line_share, noise_correlation, noise_ratio
 from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
-from sstl_cli.identification.gate.seam import LEAST_JUMP, seam_of
+from sstl_cli.identification.gate.seam import LEAST_JUMP, alone_at, seam_of
 from sstl_cli.identification.gate.sensors import Sensor, digits_lost, sensors_of
 from sstl_cli.identification.gate.sequence import disorder_of
 from sstl_cli.identification.gate.shapes import NO_SHAPES, shapes_of
@@ -60,7 +60,7 @@ def evidence_of(run: Run) -> Evidence:
         usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
         correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, extremes=((math.nan, math.nan), (math.nan, math.nan)), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, clock_rate=None, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
-        seam=(0.0, 0.0), seam_at_s=math.nan, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
+        seam=(0.0, 0.0), seam_at_s=math.nan, seam_alone=False, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
         position_span_mm=math.nan, position_follows=math.nan, off=(math.nan, math.nan), reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH, again=NEVER,
     )  # fmt: skip
     if len(run) < MIN_SAMPLES:
@@ -121,6 +121,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
     seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span), strides)
     if _misplaced(raw, (clean.tension_in_n, clean.tension_out_n), ranges) >= MISPLACED:
         seam = (0.0, 0.0)
+    jumped = (seam[0] * ranges[0].span, seam[1] * ranges[1].span)
     return replace(
         e,
         usable=True,
@@ -143,6 +144,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         lost=(lost_of(t, x, y, noises[0]), lost_of(t, y, x, noises[1])),
         seam=seam,
         seam_at_s=seam_at,
+        seam_alone=min(seam) > 0.0 and alone_at(clean.time_s, (clean.tension_in_n, clean.tension_out_n), jumped, seam_at, strides),
         position_span_mm=span_of(run.position_in_mm),
         position_follows=follows_of(run.position_in_mm, run.tension_in_n),
         off=(off_of(run.position_in_mm, run.tension_in_n), off_of(run.tension_ref_n, run.tension_in_n)),

@@ -18,6 +18,8 @@ STEPS = 0.25
 JUMPED, BLOCKS = 0.35, 256
 # largest steps of a channel looked at
 MOST_JUMPS = 256
+# largest step of a channel anywhere else beyond which a jump is no movement of it, whatever the level
+ALONE = 5.0
 # sampling periods from which on rows are missing
 LONG = 2.5
 
@@ -58,6 +60,24 @@ def seam_of(
     if many or gradual:
         return (0.0, 0.0), float(time_s[::stride][k + 1])
     return (float(jumps[0][k]), float(jumps[1][k])), float(time_s[::stride][k + 1])
+
+
+def alone_at(
+    time_s: Array, channels: tuple[Array, Array], seam: tuple[float, float], at_s: float, strides: tuple[int, int] = (1, 1)
+) -> bool:
+    """Return whether what both channels jump by at a seam (N, beyond the steps around it) is like nothing else in the run.
+
+    It is beyond any of their steps elsewhere, noise among them, and a small part of the way that the input goes by itself: a drive that can jump
+    so does it more than once, or does little else.
+    """
+    stride = max(strides)
+    k = int(np.searchsorted(time_s[::stride], at_s)) - 1
+    for c, jump in zip(channels, seam, strict=True):
+        step = np.abs(np.diff(c[::stride]))
+        step[max(0, k - 1) : k + 2] = 0.0
+        if not jump > ALONE * float(step.max(initial=0.0)):
+            return False
+    return seam[0] < JUMPED * _way(channels[0][::stride])
 
 
 def _way(v: Array) -> float:

@@ -45,7 +45,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def jumps(e: Evidence) -> bool:
     """Whether both channels go on far away from where they were at one sample."""
-    return e.tendon_like and min(e.seam) > JUMP and _wide(e)
+    return e.tendon_like and min(e.seam) > JUMP and (_wide(e) or e.seam_alone)
 
 
 def _wide(e: Evidence) -> bool:
