@@ -11,7 +11,7 @@ from identification_slips import lines
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification.gate import evidence_of
-from sstl_cli.identification.gate.rules import joined, stuck
+from sstl_cli.identification.gate.rules import joined, stuck, time_unit
 
 
 def rested(first: float, second: float, noise: float, seed: int = 0) -> Run:
@@ -87,3 +87,10 @@ def test_a_drive_that_steps_at_a_high_level_is_no_seam(count):
     evidence = evidence_of(Run("step", "act", t, level + noise[0], y + noise[1], config_id="a"))
     assert not evidence.seam_alone
     assert not list(joined.look([evidence]))
+
+
+def test_seconds_taken_as_ms_are_among_the_units_named():
+    run = rested(5.0, 2.0, 0.03)
+    assert not list(time_unit.look([evidence_of(run)]))
+    (remark,) = time_unit.look([evidence_of(replace(run, time_s=run.time_s / 1000.0))])
+    assert remark.mend.startswith('time_s = { column = ..., unit = "s"') and "scale = 1000" in remark.mend and "min" in remark.mend
