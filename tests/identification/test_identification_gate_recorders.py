@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from identification_loops import play
-from identification_slips import lines
+from identification_slips import bend, lines
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification.gate import evidence_of
-from sstl_cli.identification.gate.rules import joined, stuck, time_unit
+from sstl_cli.identification.gate.rules import joined, lead, passes, position, stuck, time_unit
 
 
 def rested(first: float, second: float, noise: float, seed: int = 0) -> Run:
@@ -94,3 +94,14 @@ def test_seconds_taken_as_ms_are_among_the_units_named():
     assert not list(time_unit.look([evidence_of(run)]))
     (remark,) = time_unit.look([evidence_of(replace(run, time_s=run.time_s / 1000.0))])
     assert remark.mend.startswith('time_s = { column = ..., unit = "s"') and "scale = 1000" in remark.mend and "min" in remark.mend
+
+
+def test_causes_that_look_alike_are_all_named():
+    one = evidence_of(bend("b020", 0.2, "act", 1))
+    late, early = lead._clocks([one], 0.8), lead._clocks([one], -0.8)
+    assert "filter" in late.sentence and "before the filter" in late.mend
+    assert "filter" not in early.sentence
+    (single,) = passes._told([replace(one, system="sstl")], "failure", "here")
+    assert "before its way back" in single.sentence
+    (soft,) = position.look([replace(one, position_span_mm=1e5)])
+    assert "counts" in soft.mend and '"um"' in soft.mend

@@ -81,11 +81,14 @@ def _clocks(hit: Sequence[Evidence], delay: float) -> Remark:
     """Return what is said of runs whose output is moved in time by ``delay`` (s)."""
     early = delay < 0.0
     way = "comes before its input, which no tendon does" if early else "comes too late for friction"
+    # what goes through a filter comes late, too; without it a mean over samples behind the moment is the same to friction
+    filtered = "" if early else ", or the output alone went through a filter (a mean of the samples before, a low-pass)"
+    unfiltered = "" if early else ", or tension_out_n = { column = (the output before the filter) }"
     return Remark(
         tuple(e.run_id for e in hit), RULE, "failure" if early else "remark", delay, "s",
         f"{names([e.run_id for e in hit])}: the output {way} (by {abs(delay):.3g} s); the two channels probably have "
-        "clocks of their own that do not start together",
-        '[clocks] align = "apply" (with a column that both sides recorded as content)',
+        f"clocks of their own that do not start together{filtered}",
+        f'[clocks] align = "apply" (with a column that both sides recorded as content){unfiltered}',
     )  # fmt: skip
 
 

@@ -218,9 +218,13 @@ def _told(wrong: list[Evidence], severity: Severity, by: str, shuffled: bool = F
             e = hit[0]
             ids = tuple(h.run_id for h in hit)
             why, mend = "the label of the system is probably wrong", f'[constants] system = "{right}"'
+            if system == "sstl":
+                # the cable at the far end carries what one pass leaves
+                why += ", or the loop was read at its far end, before its way back"
+                mend += " (or tension_out_n = { column = (the sensor where the loop comes back) })"
             if _elsewhere(hit, known):
                 why = "the label of its configuration or of its system is probably wrong, or the file is of another rig"
-                mend = f"file_name or a manifest with the right config_id, or {mend}"
+                mend = f'file_name or a manifest with the right config_id, or [constants] system = "{right}"'
             if shuffled:
                 why += (
                     ", and as runs of both systems are wrong beside others that are right, the labels of the files were probably shuffled"

@@ -54,11 +54,14 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         if hit:
             k = _stiffness(hit[0])
             unit = "m" if stiff else "um"
+            # an encoder has many counts a millimetre, as there are many um
+            counts = "" if stiff else ", or in counts of an encoder"
+            scaled = "" if stiff else ' or position_in_mm = { column = ..., unit = "counts", gain = (mm per count) }'
             yield Remark(
                 tuple(e.run_id for e in hit), RULE, "remark", k, "N/mm",
                 f"{names([e.run_id for e in hit])}: tension over position is {k:.3g} N/mm, where tendons have 0.1 to 100; the "
-                f"position is probably in {unit}, not mm",
-                f'position_in_mm = {{ column = ..., unit = "{unit}" }}',
+                f"position is probably in {unit}, not mm{counts}",
+                f'position_in_mm = {{ column = ..., unit = "{unit}" }}{scaled}',
             )  # fmt: skip
 
 
