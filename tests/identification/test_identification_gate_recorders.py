@@ -105,3 +105,23 @@ def test_causes_that_look_alike_are_all_named():
     assert "before its way back" in single.sentence
     (soft,) = position.look([replace(one, position_span_mm=1e5)])
     assert "counts" in soft.mend and '"um"' in soft.mend
+
+
+def positioned(seed: int, movement: int, name: str) -> Run:
+    """Return a run with the position of its drive: an elastic line with a little backlash."""
+    run = bend(name, 0.4, "act", seed, movement=movement)
+    mm = (
+        0.5 * run.tension_in_n + 0.4 * np.sign(np.gradient(run.tension_in_n)) + 0.02 * np.random.default_rng(seed).standard_normal(len(run))
+    )
+    return replace(run, position_in_mm=mm)
+
+
+def test_a_position_that_goes_the_way_of_another_run_is_told():
+    log = [positioned(i, movement, f"b{i}") for i, movement in enumerate((7, 8, 9, 10, 7))]
+    found = [evidence_of(r) for r in log]
+    assert not list(position.look(found))
+    foreign = evidence_of(replace(log[1], position_in_mm=log[2].position_in_mm))
+    told = list(position.look([found[0], foreign, *found[2:]]))
+    assert [r.run_ids for r in told] == [(log[1].run_id,)] and "another run" in told[0].sentence
+    # runs of one movement may exchange theirs
+    assert not list(position.look([evidence_of(replace(log[0], position_in_mm=log[4].position_in_mm)), *found[1:]]))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.identification.gate.movement import movement_of, unlike
+from sstl_cli.identification.gate.movement import NO_MOVEMENT, Movement, movement_of, unlike
 
 Array = NDArray[np.float64]
 MIN_SAMPLES = 32
@@ -29,6 +29,11 @@ def follows_of(position: Array | None, x: Array) -> float:
     if position is None or np.count_nonzero(good) < MIN_SAMPLES or not float(np.std(position[good])) * float(np.std(x[good])) > 0.0:
         return math.nan
     return float(np.corrcoef(position[good], x[good])[0, 1])
+
+
+def position_movement(position: Array | None) -> Movement:
+    """Return how the position moves, nothing where it was not recorded throughout."""
+    return NO_MOVEMENT if position is None or not np.isfinite(position).all() else movement_of(position)
 
 
 def off_of(column: Array | None, x: Array) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 
 from sstl_cli.core.units import UNITS
 from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.movement import unlike
 from sstl_cli.identification.gate.remark import Remark, names
 
 RULE, RANK = "position", 80
@@ -21,6 +22,8 @@ LENGTHS = {name: math.log(mm) for name, (kind, mm) in UNITS.items() if kind == "
 NEAR = 0.5 * min(abs(a - b) for a in (0.0, *LENGTHS.values()) for b in LENGTHS.values() if a != b)
 # runs that agree before one of them can differ
 FEW = 3
+# how many times more of a position must be left by its own input than by that of another run, and by the one of the other
+ANOTHERS = 2.0
 # logarithm of what the stiffness of one rig varies by from run to run
 ONE_RIG = 0.2
 # by how much (logarithm of the likelihood) one unit must be likelier than another to be named alone
@@ -38,6 +41,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "a line that is pulled grows longer; the position probably counts the wrong way, or is that of the other end",
             "position_in_mm = { column = ..., sign = -1 }",
         )  # fmt: skip
+    foreign = list(_foreign(moved))
+    yield from foreign
+    moved = [e for e in moved if not any(e.run_id in r.run_ids for r in foreign)]
     alone = list(_apart(moved))
     yield from alone
     told = {name for r in alone for name in r.run_ids}
@@ -67,6 +73,26 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def _stiffness(e: Evidence) -> float:
     return e.ranges[0].span / e.position_span_mm if e.position_span_mm > 0.0 else 0.0
+
+
+def _foreign(moved: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield the run whose position goes the way of another run's input, as near as positions go in this log, and not that of its own."""
+    log = [e for e in moved if e.position_movement.means]
+    if len(log) <= FEW:
+        return
+    own = {e.run_id: unlike(e.position_movement, e.movement) for e in log}
+    worst = max(log, key=lambda e: own[e.run_id])
+    most = max(own[e.run_id] for e in log if e is not worst)
+    left, other = min(((unlike(worst.position_movement, o.movement), o) for o in log if o is not worst), key=lambda pair: pair[0])
+    # a run that moves as its own does fits it as well, and tells nothing
+    apart = unlike(worst.movement, other.movement)
+    if left <= most and ANOTHERS * left < min(own[worst.run_id], apart):
+        yield Remark(
+            (worst.run_id,), RULE, "remark", 100.0 * own[worst.run_id], "%",
+            f"{names([worst.run_id])}: the input leaves {100 * own[worst.run_id]:.0f} % of the position's movement unexplained (at most {100 * most:.0f} % in the other "
+            f"runs), that of run {other.run_id} {100 * left:.0f} %; it is probably the position of another run",
+            "position_in_mm = { column = ..., file = (the file of this run) }",
+        )  # fmt: skip
 
 
 def _apart(moved: Sequence[Evidence]) -> Iterator[Remark]:
