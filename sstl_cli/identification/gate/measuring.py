@@ -125,11 +125,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
     block = -(-len(clean) // MOST_POINTS)
     renewed = (channel_of(clean.tension_in_n, sensors[0].held), channel_of(clean.tension_out_n, sensors[1].held))
     shapes = shapes_of((t, x, y), raw, Recorded(renewed, noises, block), steps, causes) if moves else NO_SHAPES
-    strides = (sensors[0].stride, sensors[1].stride)
-    seam, seam_at = seam_of(clean.time_s, (clean.tension_in_n, clean.tension_out_n), (ranges[0].span, ranges[1].span), strides)
-    if _misplaced(raw, (clean.tension_in_n, clean.tension_out_n), ranges) >= MISPLACED:
-        seam = (0.0, 0.0)
-    jumped = (seam[0] * ranges[0].span, seam[1] * ranges[1].span)
+    seam, seam_at, seam_alone = _seam(e, raw, clean, ranges)
     return replace(
         e,
         usable=True,
@@ -152,7 +148,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         lost=(lost_of(t, x, y, noises[0]), lost_of(t, y, x, noises[1])),
         seam=seam,
         seam_at_s=seam_at,
-        seam_alone=min(seam) > 0.0 and alone_at(clean.time_s, (clean.tension_in_n, clean.tension_out_n), jumped, seam_at, strides),
+        seam_alone=seam_alone,
         position_span_mm=span_of(run.position_in_mm),
         position_follows=follows_of(run.position_in_mm, run.tension_in_n),
         position_movement=position_movement(run.position_in_mm),
@@ -163,6 +159,16 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         movement=movement_of(clean.tension_in_n),
         copies=copies_of({n: v for n in CHANNELS if (v := getattr(run, n)) is not None}),
     )
+
+
+def _seam(e: Evidence, raw: tuple[Array, Array], clean: Run, ranges: tuple[Range, Range]) -> tuple[tuple[float, float], float, bool]:
+    """Return the largest jump that both channels make together (shares of their spans), when (s), and whether nothing else is like it."""
+    channels, strides = (clean.tension_in_n, clean.tension_out_n), (e.sensors[0].stride, e.sensors[1].stride)
+    seam, at = seam_of(clean.time_s, channels, (ranges[0].span, ranges[1].span), strides)
+    if _misplaced(raw, channels, ranges) >= MISPLACED:
+        seam = (0.0, 0.0)
+    jumped = (seam[0] * ranges[0].span, seam[1] * ranges[1].span)
+    return seam, at, min(seam) > 0.0 and alone_at(clean.time_s, channels, jumped, at, strides)
 
 
 def _of_readings(e: Evidence, run: Run) -> Evidence:
