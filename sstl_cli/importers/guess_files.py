@@ -15,6 +15,15 @@ _TRIAL = words("run trial rep take test nr no t v rec log set file part dataset 
 _BEND = words("deg bend angle config cfg conf curve radius r bending biegung winkel grad kurve")
 # beside these act is what was measured
 _ACTUAL = REFERENCE | words("actual measured meas ist vs")
+# in front of a label, or behind it, these say that it does not hold, or only nearly so
+_DENIES_BEHIND = words(
+    "off removed disabled inactive deactivated detached disconnected failed missing aborted excluded entfernt abgeschaltet deaktiviert "
+    "aus fehlt desactive desactivado rimosso spento free less"
+)
+_DENIES = _DENIES_BEHIND - {"free", "less"} | words(
+    "no not non none without wo w o sans sin senza ohne kein keine keinen nicht anti un ex minus instead former pseudo fake quasi mock pre post "
+    "before after vor nach avant apres"
+)
 # angles of something else than the sheath
 _TURNS = words("roll pitch yaw twist tilt tip rot rotation torsion phase knob")
 Columns = list[tuple[str, ...]]
@@ -177,9 +186,29 @@ def _no_system(i: int, columns: Columns) -> bool:
     return {part.lower() for part in columns[i]} == {"act"} and bool(others & _ACTUAL - _TRIAL)
 
 
+def _denial(i: int, columns: Columns) -> str:
+    """Return the word beside a label of letters that says that it does not hold (``no_sstl``, ``sstl_off``) in one of the names, '' where none does."""
+    if not columns[i][0][0].isalpha():
+        return ""
+    for place, known in ((_next_word(i, -1, columns), _DENIES), (_next_word(i, 1, columns), _DENIES_BEHIND)):
+        if place is not None and (found := sorted(known & {v.lower() for v in columns[place]})):
+            return found[0]
+    return ""
+
+
+def _next_word(i: int, step: int, columns: Columns) -> int | None:
+    """Return the place of the part beside another, over what separates them, None at the end of the name."""
+    k = i + step
+    if 0 <= k < len(columns) and not columns[k][0][0].isalnum():
+        k += step
+    return k if 0 <= k < len(columns) else None
+
+
 def _doubt(i: int, label: str, columns: Columns) -> str:
     """Return the question that a labelled part of the names leaves, an empty text where it is sure."""
     part, direct, before, after = columns[i][0], _at(i - 1, columns), _before(i, columns), _at(i + 1, columns)
+    if denial := _denial(i, columns):
+        return f"'{denial}' stands beside '{part}': does it hold here?"
     if label == "lead_mm" and before not in LEAD:
         return f"is {part} mm the lead of a screw, and not a diameter or a length?"
     if label != "config_id":

@@ -85,3 +85,21 @@ def test_a_bend_in_the_name_or_a_column_of_configurations_goes_before_the_lead(t
     path.write_text("config," + HEAD + rows("C7", T, X, Y))
     found = guess([path])
     assert 'config_id = "config"' in found.toml and "{lead_mm}" not in found.toml
+
+
+@pytest.mark.parametrize(
+    "stem", ["no_sstl_bend30", "bend30_without_sstl", "bend30_sstl_off", "non-sstl_bend30", "sstl_removed_bend30", "Biegung30_ohne_sstl", "bend30_sans_act"]
+)
+def test_a_label_that_its_neighbour_denies_is_asked(stem: str) -> None:
+    found = name_pattern([stem])
+    assert "system" in found.labels and "does it hold here?" in found.question
+
+
+@pytest.mark.parametrize("stem", ["bend30_sstl_on", "bend30_sstl_no_2", "bend30_sstl_no_load"])
+def test_a_word_that_denies_something_else_raises_no_question(stem: str) -> None:
+    found = name_pattern([stem])
+    assert "system" in found.labels and not found.question
+
+
+def test_of_several_names_one_that_denies_the_label_is_enough() -> None:
+    assert "'off' stands beside 'sstl'" in name_pattern(["bend30_sstl_on", "bend60_sstl_off"]).question
