@@ -51,7 +51,8 @@ def _control_desk(sample: list[str], cut: Cut) -> Stated | None:
     if not names:
         return None
     units = (*told.get(UNITS, ()), *[""] * len(names))[: len(names)]
-    return Stated(end + 1, ("time", *names), ("s", *units))
+    # with readings behind the word, the line is the first of them
+    return Stated(end + (not any(map(_is_number, rows[end][1:]))), ("time", *names), ("s", *units))
 
 
 def _ends(paths: tuple[str, ...]) -> tuple[str, ...]:
@@ -65,7 +66,9 @@ def _scope(sample: list[str], cut: Cut) -> Stated | None:
     # the file's own lines stand in a block of their own in front
     starts = [0, *(i + 1 for i, line in enumerate(sample) if not line.strip())]
     found = ((start, _scope_at(sample[start:], cut)) for start in starts)
-    return next((replace(block, lines=start + block.lines) for start, block in found if block is not None), None)
+    blocks = [replace(block, lines=start + block.lines) for start, block in found if block is not None]
+    # the lines of the file itself may look like those of a channel: the readings stand below the channels'
+    return next((b for b in blocks if b.lines < len(sample) and any(map(_is_number, cut(sample[b.lines])))), None)
 
 
 def _scope_at(sample: list[str], cut: Cut) -> Stated | None:
@@ -80,7 +83,7 @@ def _scope_at(sample: list[str], cut: Cut) -> Stated | None:
     names = told.get(SCOPE_NAMES, [])
     if len(rows) < SCOPE_LEAST or not names or not all(names):
         return None
-    units = [*told.get(SCOPE_UNITS, []), *[""] * len(names)]
+    units = [*(u.strip("[]() ") for u in told.get(SCOPE_UNITS, [])), *[""] * len(names)]
     lines = len(rows)
     while lines < len(sample) and not sample[lines].strip():
         lines += 1
@@ -123,6 +126,10 @@ def rate_said(lines: list[str]) -> float:
     said = {float(m[1].replace(",", ".")) * (1e3 if m[2].lower() == "k" else 1.0) for line in lines if (m := _RATE.search(line))}
     rate = said.pop() if len(said) == 1 else math.nan
     return 1.0 / rate if rate > 0.0 else math.nan
+
+
+def _is_number(cell: str) -> bool:
+    return math.isfinite(_number(cell))
 
 
 def _number(cell: str) -> float:

@@ -120,3 +120,26 @@ def test_a_column_named_by_its_side_alone_is_that_side_and_both_are_asked(name: 
     mine, other = ("tension_out_n", "tension_in_n") if side == "out" else ("tension_in_n", "tension_out_n")
     assert f'column = "{name}"' in found[mine] and 'column = "Tension"' in found[other]
     assert all("(?)" in found[v] for v in (mine, other))
+
+
+@pytest.mark.parametrize("word", ['"trace_values"', '""'])
+def test_the_first_sample_may_stand_behind_control_desks_word(word: str, tmp_path: Path) -> None:
+    """It was lost without a word."""
+    head = '"path","","A://in","A://out"\n"name","time","LC_in","LC_out"\n"unit","s","N","N"\n'
+    rows = lines(",", T, X, Y).splitlines()
+    text = head + f'"trace_values",{rows[0]}\n' + "".join(f"{word},{row}\n" for row in rows[1:])
+    _, found = proposed(tmp_path / "a.csv", text)
+    columns = {
+        t: {"column": found[t].split('"')[1], "unit": u} for t, u in (("time_s", "s"), ("tension_in_n", "N"), ("tension_out_n", "N"))
+    }
+    [run] = import_.run([tmp_path / "a.csv"], mapping_of({"columns": columns, "constants": {"system": "act"}}, "m.toml")).runs
+    assert len(run) == N and run.tension_in_n == pytest.approx(X, abs=1e-4)
+
+
+def test_a_scopes_lines_about_the_file_are_not_those_of_its_channels(tmp_path: Path) -> None:
+    """Its first block looked like one channel named after the chart."""
+    head = "Name\tYT Chart\nFile\tC:\\rig\nStarttime of export\t133601772000000000\n\n"
+    head += "Name\tfIn\tName\tfOut\nData-Type\tREAL64\tData-Type\tREAL64\nSymbolBased\tTrue\tSymbolBased\tTrue\nUnit\t(N)\tUnit\t(mN)\n\n"
+    _, found = proposed(tmp_path / "a.csv", head + lines("\t", 1000 * T, X, 1000 * T, 1000 * Y))
+    assert found["tension_in_n"] == 'tension_in_n = { column = "fIn", unit = "N" }'
+    assert found["tension_out_n"] == 'tension_out_n = { column = "fOut", unit = "mN" }'
