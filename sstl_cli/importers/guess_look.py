@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_labels import LabelColumn, label_columns, label_names, rows_of_first, runs_in
-from sstl_cli.importers.guess_names import Said, said
+from sstl_cli.importers.guess_marks import asking, with_marks
+from sstl_cli.importers.guess_names import Said, contradicted, said
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
 from sstl_cli.importers.guess_time import TimeGuess, guess_time, runs_forward
@@ -74,6 +75,7 @@ def look_at(path: Path, wanted: str | None) -> Look:
         raise _too_few(chosen, path, found)
     channels = [replace(c, name=c.name.removeprefix(prefix)) for c in channels]
     names = [_said(c, chosen) for c in channels]
+    names = with_marks(path, names) if chosen.ID == "text" else names
     # a clock may begin anew with each run that the labels tell apart
     one = {n: v[:first] for n, v in data.items()}
     names = [_clock_if_forward(s, one.get(s.name)) for s in names]
@@ -107,9 +109,12 @@ def _refuse_long(path: Path, found: list[Channel], moving: list[Said]) -> None:
 
 def _said(channel: Channel, chosen: Format) -> Said:
     """Return what the name of a channel says, or its label where it has one."""
-    if channel.label:
-        return replace(said(channel.label, channel.unit), name=channel.name)
-    return said(channel.name, "" if chosen.ID == "text" and channel.unit == unit_in(channel.name) else channel.unit)
+    called = channel.label or channel.name
+    apart = "" if chosen.ID == "text" and channel.unit == unit_in(called) else channel.unit
+    one = replace(said(called, apart), name=channel.name)
+    if apart and (other := contradicted(one, said(called))):
+        return asking(one, f"its name says {other}, the file {one.unit} apart from it: which is it?")
+    return one
 
 
 def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel], rows: int) -> tuple[tuple[LabelColumn, ...], int | None]:

@@ -47,7 +47,7 @@ _SAFE_TAIL = {
 class Said:
     """What a name says; empty where it says nothing.
 
-    ``unit`` is a known unit, ``strange`` the text of one that is not.
+    ``unit`` is a known unit, ``strange`` the text of one that is not, ``doubt`` a question that the file raises about the channel.
     """
 
     name: str
@@ -57,6 +57,7 @@ class Said:
     reference: bool = False
     unit: str = ""
     strange: str = ""
+    doubt: str = ""
 
     @property
     def unmeasured(self) -> str:
@@ -144,6 +145,14 @@ def said(name: str, stated: str = "") -> Said:
     if not quantity and unit:
         quantity = {"force": "force", "time": "time", "length": "position", "angle": "angle"}.get(unit_of(unit)[0], "")
     return Said(name, words, quantity, side, reference, unit, strange)
+
+
+def contradicted(one: Said, own: Said) -> str:
+    """Return the unit that a name states against the one that its file states apart from it, an empty text where they agree or one states none."""
+    if not one.unit or own.dimension == "count" or (own.unit == "in" and one.dimension != "length"):
+        return ""
+    differs = unit_of(own.unit) != unit_of(one.unit) if own.unit else bool(own.strange)
+    return (own.unit or own.strange) if differs else ""
 
 
 def _strained(words: tuple[str, ...]) -> bool:

@@ -26,6 +26,8 @@ LIKELY_STEP_S = (2e-5, 0.5)
 # without a stated unit: the steps of usual loggers, whose rate is a whole number; with 60 in it, it may be one a minute
 LOGGER_STEP_S = (4.99e-4, 0.1001)
 MINUTE = 60
+# steps from here on are as round in ms (25 kHz and less): shorter than this in ms (s), or faster than this (mm/s), no tendon is tested
+MS_STEP, SHORTEST_S, FASTEST_MM_S = 0.0399, 0.05, 1e3
 # of a rate, how far it may be from a whole number
 ROUNDED = 1e-3
 # from 1 in the morning, a time of day written as a number (140321.05) may be a number of seconds
@@ -83,9 +85,10 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
             named,
             key=lambda s: (_goes_back(data[s.name]), _repeats(data[s.name]) > 0.5, "header" not in s.words, _repeats(data[s.name]) > 0),
         )
+        told = _ms_or_s(data[best.name], names, data, stated)
         sides = {s.side for s in named if s.side}
         if len(sides) == 2:
-            found = _of(best, data[best.name], reasons, sure=True)
+            found = _of(best, data[best.name], reasons, told)
             ask = 'each side has its own clock: add time = "..." to the other tension'
             return replace(found, line=found.line.partition(MARK)[0] + MARK + ask)
         if (parts := _in_parts(best, names, data)) is not None:
@@ -93,11 +96,12 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
         if len(named) > 1:
             others = ", ".join(f"'{s.name}'" for s in named if s is not best)
             reasons.append(f"time_s: '{best.name}' of several clocks ({others} too)")
-        return _of(best, data[best.name], reasons, sure=True)
+        return _of(best, data[best.name], reasons, told)
     # a signal that is switched runs forward where it is switched once
     even = [s for s in clocks if _even(data[s.name]) and _repeats(data[s.name]) <= SWITCHED]
     if even:
-        return _of(even[0], data[even[0].name], reasons, sure=_is_epoch(even[0], data[even[0].name]))
+        told = _ms_or_s(data[even[0].name], names, data, stated)
+        return _of(even[0], data[even[0].name], reasons, told, sure=_is_epoch(even[0], data[even[0].name]))
     hint = f" ('{texts[0]}' holds text)" if texts else ""
     if stated is not None:
         return _by_rate(stated, reasons)
@@ -117,14 +121,15 @@ def _by_rate(stated: Stated, reasons: list[str]) -> TimeGuess:
     return TimeGuess(f"time_s = {{ rate_hz = {1.0 / stated.step_s:g} }}{MARK}{ask}", None, tuple(reasons))
 
 
-def _of(best: Said, values: Array, reasons: list[str], sure: bool) -> TimeGuess:
-    unit, scale, question, why = _unit(best, values)
+def _of(best: Said, values: Array, reasons: list[str], told: str, sure: bool = True) -> TimeGuess:
+    unit, scale, question, why = _unit(best, values, told)
     if not sure:
         question = question or "is this the time, and in this unit?"
     steps = np.diff(values)
     repeated = float(np.mean(steps == 0))
     name = json.dumps(best.name, ensure_ascii=False)
     extra = f", scale = {scale:g}" if scale != 1.0 else ""
+    question = "; ".join(filter(None, (question, best.doubt)))
     mark = MARK + question if question else ""
     reasons.append(f"time_s: '{best.name}' runs forward in {100 * np.mean(steps >= 0):.1f} % of the steps; {why}")
     if _goes_back(values):
@@ -136,7 +141,7 @@ def _of(best: Said, values: Array, reasons: list[str], sure: bool) -> TimeGuess:
     return TimeGuess(f'time_s = {{ column = {name}, unit = "{unit}"{extra} }}{mark}', best.name, tuple(reasons))
 
 
-def _unit(best: Said, values: Array) -> tuple[str, float, str, str]:
+def _unit(best: Said, values: Array, told: str) -> tuple[str, float, str, str]:
     """Return unit, scale, question (empty: none) and reason."""
     finite = values[np.isfinite(values)]
     steps = np.diff(finite)
@@ -159,11 +164,31 @@ def _unit(best: Said, values: Array) -> tuple[str, float, str, str]:
         return stated, 1.0, "", f"unit {stated} by its name"
     if _time_of_day(finite):
         return "s", 1.0, "s, or a time of day written as a number (then rate_hz)?", "may be hours, minutes and seconds in one number"
+    if _logged(steps, step) and told == "ms":
+        return "ms", 1.0, "", f"unit ms by the rate that the file states, step {step:g}"
+    if _logged(steps, step) and told != "s":
+        return "s", 1.0, f"no unit is stated: s ({1 / step:.4g} Hz), or ms ({1 / step:.4g} kHz)?", f"step {step:g}"
     if _logged(steps, step):
         return "s", 1.0, "", f"unit s from its usual step of {step:g}"
     unit = "us" if step >= 500 else "ms" if step >= 1 else "s"
     counts = " or does it count samples (then rate_hz)?" if _counts(values) else ""
     return unit, 1.0, f"no unit is stated: {unit} fits steps of {step:g};{counts or ' right?'}", f"step {step:g}"
+
+
+def _ms_or_s(values: Array, names: list[Said], data: dict[str, Array], stated: Stated | None) -> str:
+    """Return ``s`` or ``ms`` for a clock of no stated unit with steps that loggers have in s, an empty text where it may be either."""
+    finite = values[np.isfinite(values)]
+    steps = np.diff(finite)
+    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    if step < MS_STEP:
+        return "s"
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if stated is not None and abs(step * size / stated.step_s - 1.0) < 10 * ROUNDED:
+            return unit
+    lasts_s = 1e-3 * float(finite[-1] - finite[0])
+    lengths = [s for s in names if s.quantity == "position" and s.dimension == "length" and s.name in data]
+    moved_mm = max((float(np.nanmax(v) - np.nanmin(v)) * unit_of(s.unit)[1] for s in lengths if len(v := data[s.name])), default=0.0)
+    return "s" if lasts_s < SHORTEST_S or moved_mm > FASTEST_MM_S * lasts_s else ""
 
 
 def _epoch(values: Array) -> str:

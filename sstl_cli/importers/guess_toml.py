@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 HEAD = "# Proposed by sstl import --guess. Complete every line that ends in a question and delete its mark."
 # more than a steel tendon of 1 mm holds
 MANY_N = 3_000.0
+# less than the finest tendons, in catheters, are pulled with
+FEW_N = 0.05
 # of the most negative reading, how far others may lie above zero
 SLACK = 0.1
 ANY_LENGTH = "no word of its name says position: is it that of the motor, or another length (then leave the line out)?"
@@ -109,7 +111,7 @@ def _tension(target: str, roles: Roles, data: dict[str, Array]) -> str:
     if len(found) == 1 and one.dimension in ("", "force") and not one.strange and negative(data[one.name]):
         unit, turned = f"{unit}, sign = -1", "negative throughout, and a tendon only pulls: does it read negative in tension?"
         doubt = "; ".join(filter(None, (turned, doubt)))
-    return f"{target} = {{ {source}, {unit} }}" + _mark("; ".join(filter(None, (question, doubt))))
+    return f"{target} = {{ {source}, {unit} }}" + _mark("; ".join(filter(None, (question, doubt, *(s.doubt for s in found)))))
 
 
 def negative(values: Array) -> bool:
@@ -133,6 +135,11 @@ def _unit(one: Said, target: str, values: list[Array]) -> tuple[str, str]:
             return f'unit = "{one.unit}"', f"whole numbers up to {most:g}: counts (then a gain), or {one.unit}?"
         if one.unit == "N" and most > MANY_N:
             return 'unit = "N"', f"up to {most:.4g} N: is the unit right?"
+        if 0.0 < (newtons := most * unit_of(one.unit)[1]) < FEW_N:
+            return (
+                f'unit = "{one.unit}"',
+                f"up to {newtons:.2g} N, less than a tendon's: is the unit right, and is its mark not one between thousands?",
+            )
         return f'unit = "{one.unit}"', ""
     if one.dimension in ("voltage", "count"):
         per = "V" if one.dimension == "voltage" else "count"
@@ -168,7 +175,7 @@ def _others(p: Proposal) -> list[str]:
 
 def _other(target: str, one: Said, sure: bool, question: str = "") -> str:
     line = f'{target} = {{ column = {json.dumps(one.name, ensure_ascii=False)}, unit = "{one.unit or "..."}" }}'
-    return line + _mark(question) if sure else f"# {line}"
+    return line + _mark("; ".join(filter(None, (question, one.doubt)))) if sure else f"# {line}"
 
 
 def _mark(question: str) -> str:

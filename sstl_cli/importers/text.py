@@ -17,7 +17,7 @@ from sstl_cli.importers.base import Block, Channel, Layout, Notes
 from sstl_cli.importers.text_cells import GROUPED, MISSING, SPACES, WITHOUT_MARKS, cut, grouped_sign
 from sstl_cli.importers.text_file import opened
 from sstl_cli.importers.text_footer import footer_of
-from sstl_cli.importers.text_layout import MAX_LINE_BYTES, TextLayout, layout_of
+from sstl_cli.importers.text_layout import MAX_LINE_BYTES, TextLayout, as_text, layout_of
 
 ID = "text"
 TITLE = "CSV, TSV or whitespace text"
@@ -189,7 +189,7 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
     width = len(found.names)
     checked = [(i, n) for i, n in enumerate(found.names) if n in convert.include_columns and pa.types.is_floating(convert.column_types[n])]
     for offset, raw in enumerate(body.split(b"\n")):
-        text = raw.decode("utf-8", "replace")
+        text = as_text(raw)
         if not text.strip():
             continue
         cells = cut(text, delimiter)
@@ -204,7 +204,7 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
         for i, name in checked:
             if i < len(cells) and not _readable(cells[i], found.decimal):
                 raise SstlError(
-                    f"column '{name}' holds {printable(cells[i][:40])!r}, not a number",
+                    f"column '{name}' holds {printable(_blanks(cells[i][:40]))!r}, not a number",
                     where=where,
                     fix=AGAIN if cells[i] == name else _how_to_mend(cells[i]),
                     code="E328",
@@ -223,12 +223,20 @@ def arrow_in(path: Path) -> str:
 
 def _first_cells(path: Path) -> Iterator[str]:
     """Yield the cells of the beginning of a text log."""
+    return (c for row in first_rows(path)[1] for c in row)
+
+
+def first_rows(path: Path) -> tuple[tuple[str, ...], Iterator[list[str]]]:
+    """Return the names of a text log's columns and the cells of its first rows as they are written."""
     found = layout_of(path, Layout())
-    delimiter = "\t" if found.delimiter == SPACES else found.delimiter
     with opened(path) as file:
         file.seek(found.first_byte)
-        lines = file.read(BLOCK_BYTES).decode("utf-8", "replace").splitlines()
-    return (c.strip() for line in lines for c in cut(line, delimiter))
+        lines = file.read(BLOCK_BYTES).split(found.line_end)
+    return found.names, ([c.strip() for c in cut(as_text(line), found.delimiter)] for line in lines)
+
+
+def _blanks(cell: str) -> str:
+    return re.sub(r"[\u00a0\u202f]", " ", cell)
 
 
 def _how_to_mend(cell: str) -> str:

@@ -52,7 +52,7 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     lines, line_end, start = _first_lines(path, wanted.skip_rows)
     at = header = _end_of_labview(lines, wanted.skip_rows)
     rest = lines[at:]
-    sample = [_decode(x) for x in rest]
+    sample = [as_text(x) for x in rest]
     data = [x for x in sample if x.strip() and not x.lstrip().startswith(wanted.comment or COMMENTS)][-SAMPLE_LINES:]
     data = data[:-1] if len(data) > 2 and len(rest) > 1 and rest[-1] else data
     if not data:
@@ -75,9 +75,9 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     names, units, named = names_and_units(head.texts, width, delimiter, path)
     if stated is not None and len(stated.names) == width:
         names, units, named = numbered(stated.names), stated.units, True
-    above = [_decode(x) for x in lines[wanted.skip_rows : at]]
+    above = [as_text(x) for x in lines[wanted.skip_rows : at]]
     if header > wanted.skip_rows:
-        measured = labview([_decode(x) for x in lines[:header]], lambda line: cut(line, delimiter))
+        measured = labview([as_text(x) for x in lines[:header]], lambda line: cut(line, delimiter))
     else:
         measured = Measured(oscilloscope(above, lambda line: cut(line, delimiter)))
     units = tuple(stated or own for stated, own in zip(_known(measured.units, width), units, strict=True))
@@ -174,7 +174,8 @@ def _first_lines(path: Path, skip: int) -> tuple[list[bytes], bytes, int]:
     return lines[: skip + MAX_HEADER_LINES + SAMPLE_LINES], line_end, start
 
 
-def _decode(line: bytes) -> str:
+def as_text(line: bytes) -> str:
+    """Return a line of a text log in the encoding that it seems to be in."""
     try:
         return line.decode("utf-8")
     except UnicodeDecodeError:

@@ -88,7 +88,16 @@ def test_a_bend_in_the_name_or_a_column_of_configurations_goes_before_the_lead(t
 
 
 @pytest.mark.parametrize(
-    "stem", ["no_sstl_bend30", "bend30_without_sstl", "bend30_sstl_off", "non-sstl_bend30", "sstl_removed_bend30", "Biegung30_ohne_sstl", "bend30_sans_act"]
+    "stem",
+    [
+        "no_sstl_bend30",
+        "bend30_without_sstl",
+        "bend30_sstl_off",
+        "non-sstl_bend30",
+        "sstl_removed_bend30",
+        "Biegung30_ohne_sstl",
+        "bend30_sans_act",
+    ],
 )
 def test_a_label_that_its_neighbour_denies_is_asked(stem: str) -> None:
     found = name_pattern([stem])

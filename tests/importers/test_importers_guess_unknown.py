@@ -29,7 +29,7 @@ def asked(found: Guess) -> dict[str, str]:
 
 def test_labels_of_a_structure_with_time_give_names_and_units(tmp_path: Path) -> None:
     kind = [("values", object), ("label", object)]
-    signals = np.array([(0.9 * X, "T_ref"), (X, "T_in (mN)"), (Y, "T_out (N)")], dtype=kind)
+    signals = np.array([(0.9 * X, "T_ref"), (1e3 * X, "T_in (mN)"), (Y, "T_out (N)")], dtype=kind)
     savemat(tmp_path / "a.mat", {"Scope": {"time": T, "signals": signals}})
     columns, found = proposed(tmp_path / "a.mat")
     assert columns["tension_in_n"] == {"column": "Scope.signals(2).values", "unit": "mN"}
@@ -37,7 +37,7 @@ def test_labels_of_a_structure_with_time_give_names_and_units(tmp_path: Path) ->
     assert not {"tension_in_n", "tension_out_n"} & set(asked(found))
     (tmp_path / "rig.toml").write_text(found.toml.replace("(?)", ""))
     [one] = run([tmp_path / "a.mat"], read_mapping(tmp_path / "rig.toml")).runs
-    assert one.tension_in_n == pytest.approx(X / 1e3)
+    assert one.tension_in_n == pytest.approx(X)
 
 
 def test_columns_of_a_matrix_that_move_alike_are_not_told_apart(tmp_path: Path) -> None:

@@ -1,0 +1,67 @@
+"""Columns of a text log whose mark may stand between thousands: 5.123 is 5123 where a German program wrote it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+
+from sstl_cli.importers.guess_names import Said
+from sstl_cli.importers.text import first_rows
+from sstl_cli.importers.text_cells import is_missing
+
+ROWS = 2_000
+# no leading zero, and three digits behind the one mark; smaller numbers have none
+_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}([.,])\d{3}")
+_SMALL = re.compile(r"[+-]?\d{1,3}")
+_MARKED = re.compile(r"[+-]?\d+([.,])\d+")
+# of so many cells with a mark on, their three digits are no chance
+LEAST = 3
+# in these, thousands of them are usual
+SMALL_UNITS = ("mN", "uN", "gf", "g", "cN")
+AS_THOUSANDS = "then write numbers without marks between thousands"
+
+
+def with_marks(path: Path, names: list[Said]) -> list[Said]:
+    """Return what the names of a text log's columns say, with a question where the mark in a column may stand between thousands.
+
+    It may where another column holds the other mark as a decimal one, and in units of which a tendon has thousands.
+    """
+    columns = _columns(path)
+    shapes = {n: _shape(cells) for n, cells in columns.items()}
+    plain = {m[1]: c for n, cells in columns.items() if not shapes[n] for c in cells if (m := _MARKED.fullmatch(c))}
+    out = []
+    for one in names:
+        cell = shapes.get(one.name, "")
+        other = plain.get("," if "." in cell else ".", "") if cell else ""
+        small = one.unit in SMALL_UNITS or one.dimension == "count"
+        if other:
+            one = asking(one, f"it holds {cell!r} beside {other!r} in the same file: is it {_without(cell)}? {AS_THOUSANDS}")
+        elif cell and small:
+            one = asking(one, f"every mark has three digits behind it: is {cell!r} {_without(cell)}? {AS_THOUSANDS}")
+        out.append(one)
+    return out
+
+
+def asking(one: Said, question: str) -> Said:
+    """Return what a name says with another question behind those that its file raises."""
+    return replace(one, doubt="; ".join(filter(None, (one.doubt, question))))
+
+
+def _columns(path: Path) -> dict[str, list[str]]:
+    """Return the first cells of each column that are not missing."""
+    names, rows = first_rows(path)
+    table = [row for row in islice(rows, ROWS) if len(row) == len(names)]
+    return {n: [row[i] for row in table if not is_missing(row[i])] for i, n in enumerate(names)}
+
+
+def _shape(cells: list[str]) -> str:
+    """Return the first cell with a mark where all of a column may be numbers with marks between thousands, else an empty text."""
+    marked = [(c, m[1]) for c in cells if (m := _GROUPED.fullmatch(c))]
+    whole = all(_GROUPED.fullmatch(c) or _SMALL.fullmatch(c) for c in cells)
+    return marked[0][0] if whole and len(marked) >= LEAST and len({m for _, m in marked}) == 1 else ""
+
+
+def _without(cell: str) -> str:
+    return re.sub(r"[.,]", "", cell)
