@@ -20,7 +20,7 @@ from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
 from sstl_cli.importers.guess_time import TimeGuess, guess_time, runs_forward
 from sstl_cli.importers.guess_words import QUANTITY_OF, words
-from sstl_cli.importers.text import WITHOUT_ARROW, arrow_in, grouped_in
+from sstl_cli.importers.text import WITHOUT_ARROW, WITHOUT_UNITS, arrow_in, grouped_in, united_in
 from sstl_cli.importers.text_cells import WITHOUT_MARKS
 from sstl_cli.importers.text_header import unit_in
 from sstl_cli.importers.text_layout import layout_of
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 MAX_ROWS = 20_000
 MAX_COLUMNS = 64
 # names of the columns of a long table: which channel a reading is of, and the reading
-KEYS = words("field variable channel signal metric sensor parameter series tag kanal canal canale")
+KEYS = words("field variable channel signal metric sensor parameter series tag kanal canal canale name")
 VALUES = words("value val wert valeur valor valore reading")
 
 
@@ -65,7 +65,8 @@ def look_at(path: Path, wanted: str | None) -> Look:
     prefix, runs = runs_in([c.name for c in found])
     found = [c for c in found if c.name.startswith(prefix)]
     channels = [c for c in found if not c.text][:MAX_COLUMNS]
-    data = {n.removeprefix(prefix): v for n, v in _first_values(chosen, path, channels).items()}
+    first_values, wrong = _first_values(chosen, path, channels)
+    data = {n.removeprefix(prefix): v for n, v in first_values.items()}
     lengths = Counter(map(len, data.values()))
     labels, first = _labels(chosen, path, prefix, found, max(lengths, key=lambda n: lengths[n], default=0))
     told = {x.column for x in labels}
@@ -73,6 +74,7 @@ def look_at(path: Path, wanted: str | None) -> Look:
     data = {n: v for n, v in data.items() if n not in told}
     if len(data) < 2:
         raise _too_few(chosen, path, found)
+    left_out = _left_out(channels, wrong)
     channels = [replace(c, name=c.name.removeprefix(prefix)) for c in channels]
     names = [_said(c, chosen) for c in channels]
     names = with_marks(path, names) if chosen.ID == "text" else names
@@ -92,6 +94,7 @@ def look_at(path: Path, wanted: str | None) -> Look:
         time = TimeGuess(line, clock, (f"time_s: '{clock}', the clock of '{roles.first[0].name}'",))
     if runs:
         time = replace(time, reasons=(f"every '{runs}' holds the same channels: runs of their own", *time.reasons))
+    time = replace(time, reasons=(*time.reasons, *left_out))
     if labelled := [f"'{c.name}' is '{c.label}'" for c in channels if c.label]:
         time = replace(time, reasons=(f"by its labels {', '.join(labelled)}", *time.reasons))
     return Look(path, chosen, tuple(names), data, time, roles, tuple(measured(moving)), labels, runs)
@@ -99,8 +102,9 @@ def look_at(path: Path, wanted: str | None) -> Look:
 
 def _refuse_long(path: Path, found: list[Channel], moving: list[Said]) -> None:
     """Raise SstlError for a table of one row per reading: a column of text says which channel it is of."""
-    keys = [c.name for c in found if c.text and c.name.strip("_").lower() in KEYS]
-    held = [s.name for s in moving if s.name.strip("_").lower() in VALUES]
+    # VarName, tag_name
+    keys = [c.name for c in found if c.text and said(c.name).words[-1:] and said(c.name).words[-1] in KEYS]
+    held = [s.name for s in moving if s.words[-1:] and s.words[-1] in VALUES]
     if keys and len(held) == 1 and not any(s.tension and s.name not in held for s in moving):
         what = f"has one row per field ('{keys[0]}' says which, '{held[0]}' holds it)"
         fix = f"pivot it first, so that each '{keys[0]}' is a column of its own, and each time one row"
@@ -154,6 +158,8 @@ def _too_few(chosen: Format, path: Path, found: list[Channel]) -> SstlError:
     fix = "check the file; if the table begins elsewhere, give a mapping with [text] skip_rows and header"
     if grouped := grouped_in(path):
         fix = f"{WITHOUT_MARKS} (it holds {grouped!r})"
+    if united := united_in(path):
+        fix = f"{WITHOUT_UNITS} (it holds {united!r})"
     if arrow := arrow_in(path):
         fix = f"{WITHOUT_ARROW} (it holds {arrow!r})"
     return SstlError(what, where=str(path), fix=fix, code="E333")
@@ -177,30 +183,39 @@ def moves(values: Array) -> bool:
     return len(finite) > 2 and float(np.ptp(finite)) > 0
 
 
-def _first_values(chosen: Format, path: Path, channels: list[Channel]) -> dict[str, Array]:
-    """Return the first values of the channels; one of text or of another length does not spoil the others."""
+def _first_values(chosen: Format, path: Path, channels: list[Channel]) -> tuple[dict[str, Array], dict[str, SstlError]]:
+    """Return the first values of the channels, and why those of others cannot be read; one of text or of another length does not spoil the others."""
     names = [c.name for c in channels]
     try:
-        return {n: v for n, v in _read(chosen, path, names).items() if len(v) > 2}
+        return {n: v for n, v in _read(chosen, path, names).items() if len(v) > 2}, {}
     except SstlError as error:
         if error.code not in ("E328", "E314", "E339"):
             raise
     out = {}
-    wrong: list[SstlError] = []
+    wrong: dict[str, SstlError] = {}
     for name in names:
         try:
             values = _read(chosen, path, [name])[name]
         except SstlError as error:
             if error.code not in ("E328", "E314") or error.fix == WITHOUT_MARKS:
                 raise
-            wrong.append(error)
+            wrong[name] = error
             continue
         if len(values) > 2:
             out[name] = values
-    if len(out) < 2 and (line := next((e for e in wrong if e.code == "E328"), None)):
+    if len(out) < 2 and (line := next((e for e in wrong.values() if e.code == "E328"), None)):
         # numbers end there for all channels, as where a logger began anew and wrote its header again
         raise line
-    return out
+    return out, wrong
+
+
+def _left_out(channels: list[Channel], wrong: dict[str, SstlError]) -> list[str]:
+    """Return a reason for each column of numbers that a cell spoils; SstlError for that of a tension, which is not left out."""
+    spoilt = [(c, wrong[c.name]) for c in channels if c.name in wrong and wrong[c.name].code == "E328"]
+    for channel, error in spoilt:
+        if said(channel.name, channel.unit).tension:
+            raise error
+    return [f"'{c.name}' is left out: {e.line()}" for c, e in spoilt]
 
 
 def _stamps(chosen: Format, path: Path, texts: list[str]) -> Stated | None:

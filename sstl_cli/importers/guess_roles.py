@@ -204,6 +204,9 @@ def _unnamed(names: list[Said], data: dict[str, Array]) -> Roles:
     numbered = [s for s in usable if s.words[:1] in (("t",), ("f",)) and s.words[1:] and s.words[1].isdigit() and not s.quantity]
     # what a card reads of two load cells, or T1 and T2, whatever else moves beside them
     usable = next((few for few in (volts, numbered) if len(few) > 1), usable)
+    # beside two that may be tensions, what is named as a position is none
+    bare = [s for s in usable if s.quantity not in ("position", "angle") and s.dimension not in ("length", "angle")]
+    usable = bare if len(bare) > 1 else usable
     by_side = [[s for s in usable if s.side == side] for side in ("in", "out")]
     if len(by_side[0]) == 1 and len(by_side[1]) == 1:
         a, b = by_side[0][0], by_side[1][0]

@@ -33,6 +33,8 @@ ROUNDED = 1e-3
 # from 1 in the morning, a time of day written as a number (140321.05) may be a number of seconds
 DAYTIME = (10_000.0, 240_000.0)
 FORWARD = 0.98
+# of the samples that share a tick of a rounded clock, how far their number may differ
+ROUNDED_SHARE, EVEN_SHARE = 0.2, 0.01
 # of the steps of a channel that is not named as time, how many may be none
 SWITCHED = 0.9
 EPOCH_WORDS = words("epoch unix unixtime posix")
@@ -93,6 +95,8 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
             return replace(found, line=found.line.partition(MARK)[0] + MARK + ask)
         if (parts := _in_parts(best, names, data)) is not None:
             return _by_rate(parts, reasons)
+        if (finer := _rounded(best, names, data)) is not None:
+            return _by_rate(finer, reasons)
         if len(named) > 1:
             others = ", ".join(f"'{s.name}'" for s in named if s is not best)
             reasons.append(f"time_s: '{best.name}' of several clocks ({others} too)")
@@ -219,6 +223,28 @@ def _in_parts(best: Said, names: list[Said], data: dict[str, Array]) -> Stated |
             by = f"'{best.name}' and '{one.name}' are two parts of one clock (a column with '{best.name}' + {scale:g} '{one.name}' would be read)"
             return Stated(step, by, len(gaps), float(max(gaps, default=0.0)))
     return None
+
+
+def _rounded(best: Said, names: list[Said], data: dict[str, Array]) -> Stated | None:
+    """Return the step of the samples of a clock whose ticks each hold as many that differ, None where they do not."""
+    clock = data[best.name]
+    starts = np.flatnonzero(np.diff(clock) != 0) + 1
+    counts = np.diff(starts)
+    if _repeats(clock) <= 0.5 or len(counts) < 3 or np.ptp(counts) > max(1.0, ROUNDED_SHARE * float(np.median(counts))):
+        return None
+    same = np.diff(clock) == 0
+    # rows that are written several times a tick hold the same readings
+    tensions = [data[s.name] for s in names if s.tension and s.name in data and len(data[s.name]) == len(clock)]
+    if not any(np.mean(np.diff(v)[same] != 0) > 0.5 for v in tensions):
+        return None
+    size = unit_of(best.unit)[1] if best.dimension == "time" else 1.0
+    # ends of ticks are rounded as well: only where they do not hold the same number throughout does their mean tell more
+    usual, mean = float(np.median(counts)), float(np.mean(counts))
+    tick = float(np.median(np.diff(clock[starts])))
+    step = float(f"{size * tick / (usual if abs(mean / usual - 1.0) < EVEN_SHARE else mean):.6g}")
+    return (
+        Stated(step, f"'{best.name}' is rounded, {np.median(counts):g} samples that differ share each of its ticks") if step > 0.0 else None
+    )
 
 
 def _odd(best: Said) -> str:

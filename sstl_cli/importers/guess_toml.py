@@ -160,7 +160,11 @@ def _others(p: Proposal) -> list[str]:
     used = {s.name for s in (*p.roles.first, *p.roles.second)} | {p.time.channel}
     free = [(s, p.data.get(s.name, np.empty(0))) for s in p.names if s.name not in used]
     # what stays where it is over a file is a dimension of the rig
-    places = [s for s, v in free if s.quantity == "position" and not (s.reference or s.unmeasured) and s.side != "out" and moves(v)]
+    places = [
+        s
+        for s, v in free
+        if s.quantity == "position" and s.dimension != "time" and not (s.reference or s.unmeasured) and s.side != "out" and moves(v)
+    ]
     places = [s for s in places if s.placed] or places
     references = [(s, v) for s, v in free if s.reference and (s.quantity == "force" or s.dimension == "force")]
     lines = []

@@ -14,9 +14,10 @@ import pyarrow.csv as pc
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.core.runs import ahead
 from sstl_cli.importers.base import Block, Channel, Layout, Notes
-from sstl_cli.importers.text_cells import GROUPED, MISSING, SPACES, WITHOUT_MARKS, cut, grouped_sign
+from sstl_cli.importers.text_cells import GROUPED, MINUS, MISSING, SPACES, WITHOUT_MARKS, cut, grouped_sign
 from sstl_cli.importers.text_file import opened
 from sstl_cli.importers.text_footer import footer_of
+from sstl_cli.importers.text_header import stated_unit
 from sstl_cli.importers.text_layout import MAX_LINE_BYTES, TextLayout, as_text, layout_of
 
 ID = "text"
@@ -27,6 +28,8 @@ BLOCK_BYTES = 4 << 20
 AGAIN = "the header stands there again, as of a recorder that began anew: split the file there"
 # Arduino's serial monitor: 14:03:21.050 -> 102997,31540
 ARROW = "->"
+_UNITED = re.compile(r"(?:^|[;,\t])[ \"]*([+-]?\d+(?:[.,]\d+)?\s*([^\W\d_]+))[ \"]*(?=[;,\t]|$)")
+WITHOUT_UNITS = "write numbers without the unit behind them, and the unit once in the column's name"
 WITHOUT_ARROW = "write the delimiter in place of the serial monitor's '->', or switch its timestamps off"
 _TOO_LONG = f"a line is longer than {MAX_LINE_BYTES >> 20} MiB"
 
@@ -148,6 +151,8 @@ def _normal(body: bytes, found: TextLayout) -> bytes:
     """Return the block without comment lines and, for whitespace text, with one tab between columns."""
     if found.comment and found.comment.encode() in body:
         body = re.sub(rb"(?m)^[ \t]*" + re.escape(found.comment.encode()) + rb".*$", b"", body)
+    if MINUS.encode() in body:
+        body = re.sub(MINUS.encode() + rb"(?=[\d.,])", b"-", body)
     if found.delimiter == SPACES:
         body = body.replace(b"\t", b" ")
         while b"  " in body:
@@ -213,12 +218,20 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
 
 def grouped_in(path: Path) -> str:
     """Return the first cell of a text log with both a mark between thousands and a decimal sign, '' where no line of its beginning has one."""
-    return next((c for c in _first_cells(path) if grouped_sign(c)), "")
+    return next((_blanks(c) for c in _first_cells(path) if grouped_sign(c)), "")
 
 
 def arrow_in(path: Path) -> str:
     """Return the first cell in which a serial monitor's clock and an arrow stand before the value, '' where none has one."""
     return next((c for c in _first_cells(path) if ARROW in c), "")
+
+
+def united_in(path: Path) -> str:
+    """Return the first cell of a text log in which a unit stands behind a number, '' where none has one."""
+    with opened(path) as file:
+        lines = as_text(file.read(MAX_LINE_BYTES)).splitlines()
+    # blanks would cut a number from its unit
+    return next((m[1] for line in lines for m in _UNITED.finditer(line) if stated_unit(m[2])), "")
 
 
 def _first_cells(path: Path) -> Iterator[str]:

@@ -7,6 +7,8 @@ import csv
 import re
 
 SPACES = "space"
+# as typesetters write it
+MINUS = "\u2212"
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$")
 WITHOUT_MARKS = "write numbers without marks between thousands"
 # 1.234,56, 1 234,56 or 1,234.56

@@ -11,7 +11,7 @@ from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import MAX_CHANNELS, Layout
 from sstl_cli.importers.guess_words import SIGNS
 from sstl_cli.importers.instruments import Measured, labview, oscilloscope, rate_said, stated_by
-from sstl_cli.importers.text_cells import SPACES, WITHOUT_MARKS, cut, grouped_sign, is_missing, is_number
+from sstl_cli.importers.text_cells import MINUS, SPACES, WITHOUT_MARKS, cut, grouped_sign, is_missing, is_number
 from sstl_cli.importers.text_file import opened
 from sstl_cli.importers.text_header import COMMENTS, names_and_units, numbered, stated_unit, table_in
 
@@ -57,6 +57,9 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     data = data[:-1] if len(data) > 2 and len(rest) > 1 and rest[-1] else data
     if not data:
         raise SstlError("holds no line of data", where=str(path), fix="check skip_rows and the file", code="E323")
+    if all(x.strip().startswith("{") and x.rstrip(" ,\t").endswith("}") for x in data):
+        fix = "write it as CSV, with one column for each name"
+        raise SstlError("holds JSON, one record a line, which is not read", where=str(path), fix=fix, code="E323")
     delimiter = _NAMED.get(wanted.delimiter or "", wanted.delimiter or "") or _delimiter(data)
     stated = stated_by(sample, lambda line: cut(line, delimiter)) if wanted.header is None else None
     begin = None
@@ -177,7 +180,7 @@ def _first_lines(path: Path, skip: int) -> tuple[list[bytes], bytes, int]:
 def as_text(line: bytes) -> str:
     """Return a line of a text log in the encoding that it seems to be in."""
     try:
-        return line.decode("utf-8")
+        return line.decode("utf-8").replace(MINUS, "-")
     except UnicodeDecodeError:
         # of the two-byte encodings of the East, the one in which words of a log's header stand there
         read = {e: _read_as(line, e) for e in EASTERN}

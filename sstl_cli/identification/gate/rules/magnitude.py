@@ -20,6 +20,9 @@ WEAK_N, NOTHING_N = 0.1, 0.05
 FEW_N, APART = 2.0, 20.0
 # part of the samples that may be no tensions among tensions
 FEW_SHARE = 0.02
+# of a thousandth of a millinewton, how far a reading that was written with three digits may be from a whole number of them
+ROUNDED = 1e-6
+AS_THOUSANDS = "mN with marks between thousands that were read as decimal ones (5.123 for 5123)"
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -46,11 +49,15 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         said = "tension" if len(which) == 2 else f"the {WORDS[which[0]]} goes"
         holds = "the file" if len(which) == 2 else "its column"
         why = "more than a tendon bears" if kind == "large" else "less than a tendon rig measures"
+        mend = "; ".join(stated(i, units[0] if units else "counts") for i in which)
+        if kind == "small" and all(_thousandths(e) for e in hit):
+            guess = f"volts, or {AS_THOUSANDS}"
+            mend = "in the recording write numbers without marks between thousands, then import it again"
         yield Remark(
             tuple(e.run_id for e in hit), RULE, severity, largest, "N",
             f"{names([e.run_id for e in hit])}: {said} up to {largest:.4g} N, {why}; {holds} probably holds {guess}, "
             "not N",
-            "; ".join(stated(i, units[0] if units else "counts") for i in which),
+            mend,
         )  # fmt: skip
 
 
@@ -60,6 +67,12 @@ def impossible(values: NDArray[np.float64]) -> int:
     wild = size > IMPOSSIBLE_N
     count = int(np.count_nonzero(wild))
     return count if 0 < count < FEW_SHARE * len(values) and APART * float(size[~wild].max()) < float(size[wild].min()) else 0
+
+
+def _thousandths(run: Evidence) -> bool:
+    """Return whether readings are mN with three digits behind the mark, which numbers with marks between thousands become."""
+    ends = [1e6 * v for r in run.ranges for v in (r.low, r.high)]
+    return all(abs(v - round(v)) < ROUNDED for v in ends) and any(round(v) % 10 for v in ends)
 
 
 def _beyond(largest: float, kind: str) -> bool:
