@@ -20,8 +20,8 @@ WEAK_N, NOTHING_N = 0.1, 0.05
 FEW_N, APART = 2.0, 20.0
 # part of the samples that may be no tensions among tensions
 FEW_SHARE = 0.02
-# of a thousandth of a millinewton, how far a reading that was written with three digits may be from a whole number of them
-ROUNDED = 1e-6
+# step of readings in mN with three digits behind the mark, and the part of it that a step may be off
+THOUSANDTH_N, ROUNDED = 1e-6, 0.01
 AS_THOUSANDS = "mN with marks between thousands that were read as decimal ones (5.123 for 5123)"
 
 
@@ -50,7 +50,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         holds = "the file" if len(which) == 2 else "its column"
         why = "more than a tendon bears" if kind == "large" else "less than a tendon rig measures"
         mend = "; ".join(stated(i, units[0] if units else "counts") for i in which)
-        if kind == "small" and all(_thousandths(e) for e in hit):
+        if kind == "small" and _thousandths(hit):
             guess = f"volts, or {AS_THOUSANDS}"
             mend = "in the recording write numbers without marks between thousands, then import it again"
         yield Remark(
@@ -69,10 +69,10 @@ def impossible(values: NDArray[np.float64]) -> int:
     return count if 0 < count < FEW_SHARE * len(values) and APART * float(size[~wild].max()) < float(size[wild].min()) else 0
 
 
-def _thousandths(run: Evidence) -> bool:
-    """Return whether readings are mN with three digits behind the mark, which numbers with marks between thousands become."""
-    ends = [1e6 * v for r in run.ranges for v in (r.low, r.high)]
-    return all(abs(v - round(v)) < ROUNDED for v in ends) and any(round(v) % 10 for v in ends)
+def _thousandths(hit: Sequence[Evidence]) -> bool:
+    """Return whether readings step by a thousandth of a mN, as numbers with marks between thousands become when the marks are read as decimal ones."""
+    steps = [s.step_n for e in hit for s in e.sensors if s.step_n]
+    return bool(steps) and all(abs(s / THOUSANDTH_N - 1.0) < ROUNDED for s in steps)
 
 
 def _beyond(largest: float, kind: str) -> bool:
