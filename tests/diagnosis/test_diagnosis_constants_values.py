@@ -13,9 +13,28 @@ from made_sims import sim as windows
 from sstl_cli.control.plant import Plant
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis import channels, clock, constants, downstream, following, holds, movements, noise, readings, reasons, records, recorder
+from sstl_cli.diagnosis import (
+    channels,
+    clock,
+    constants,
+    downstream,
+    following,
+    holds,
+    movements,
+    noise,
+    readings,
+    reasons,
+    recorder,
+    records,
+    shrink,
+    stages,
+    starts,
+    state,
+    tails,
+    where,
+    white,
+)
 from sstl_cli.diagnosis import sentence as said_of
-from sstl_cli.diagnosis import shrink, stages, starts, state, tails, where, white
 from sstl_cli.diagnosis.faults import squared_errors
 from sstl_cli.diagnosis.features import OUTPUT, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.free import LINE, LOOP, RUNS
@@ -298,7 +317,9 @@ def test_starts_are_weak_and_strong_factors_far_and_near():
     assert at
     slip = next(h for h in variants("presliding", ("act",)) if h.free[0].parameter.name == "breakaway_mm")
     own = slip.free[0].parameter
-    assert sorted({float(v[0]) for v in starts.grid(slip.free)}) == pytest.approx([k * (own.high - own.neutral) + own.neutral for k in (0.01, 0.08)])
+    assert sorted({float(v[0]) for v in starts.grid(slip.free)}) == pytest.approx(
+        [k * (own.high - own.neutral) + own.neutral for k in (0.01, 0.08)]
+    )
 
 
 def test_noise_that_could_not_be_seen_is_a_tenth_and_the_least_a_search_begins_from_a_fiftieth():
@@ -329,7 +350,9 @@ def test_a_reversal_counts_from_a_twentieth_of_the_span_on(back, turned):
 
 def test_places_of_a_map_are_alike_over_three_knots_of_the_input_and_two_of_the_other():
     one = state.alike(2, 2)
-    assert one[0] == pytest.approx([1.0, exp(-1.0 / 2.0), exp(-1.0 / 3.0), exp(-5.0 / 6.0), 0.5, 0.5 * exp(-0.5), 0.5 * exp(-1.0 / 3.0), 0.5 * exp(-5.0 / 6.0)])
+    assert one[0] == pytest.approx(
+        [1.0, exp(-1.0 / 2.0), exp(-1.0 / 3.0), exp(-5.0 / 6.0), 0.5, 0.5 * exp(-0.5), 0.5 * exp(-1.0 / 3.0), 0.5 * exp(-5.0 / 6.0)]
+    )
     assert one == pytest.approx(one.T)
     assert state.knots(np.linspace(0.0, 100.0, 101), 3) == pytest.approx([1.0, 50.0, 99.0])
 

@@ -101,7 +101,9 @@ def test_single_effects_the_likeliest_the_most_evident_and_what_is_named_are_lis
     assert set(found) == {("a", f"p{i}") for i in (0, 1, 2, 3, 4, 7, 8, 9, 10, 11, 12, 13)} | {("p6", "a"), ("single",)}
     # the most evident one leads where none is accepted; the distance of those from it that are probable is worked out
     near = {("a", f"p{i}") for i in (8, 9, 10, 11, 12)}
-    assert {k for k, c in found.items() if c.d2 is not None} == near | {("a", "p13")} and found[("a", "p13")].probability == pytest.approx(0.14)
+    assert {k for k, c in found.items() if c.d2 is not None} == near | {("a", "p13")} and found[("a", "p13")].probability == pytest.approx(
+        0.14
+    )
     lead = pairs[13]
     found = listed(monkeypatch, [*pairs, weighed("single")], accepted=lead.fit)
     assert {k for k, c in found.items() if c.d2 is not None} == near

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import exp, sqrt
 from types import SimpleNamespace
 
@@ -35,7 +34,11 @@ def told(monkeypatch, distances, size=1.0, cosine=0.0, most=1e9):
 def test_a_size_is_corrected_by_the_distance_that_grows_with_its_square(monkeypatch):
     # the cosine says 1 / 0.6, where the nearest is at 6 (5/3)^2 = 16.7: 24 are reached at 2
     found, tried = told(monkeypatch, {"far": lambda s: 9.0 * s * s, "near": lambda s: 6.0 * s * s}, cosine=0.8)
-    assert tried == pytest.approx([5.0 / 3.0, 2.0]) and (found.rival, found.size, found.d2) == ("near", pytest.approx(2.0), pytest.approx(24.0))
+    assert tried == pytest.approx([5.0 / 3.0, 2.0]) and (found.rival, found.size, found.d2) == (
+        "near",
+        pytest.approx(2.0),
+        pytest.approx(24.0),
+    )
     # alike ones are told by their names
     assert told(monkeypatch, {"b": lambda s: 24.0, "a": lambda s: 24.0})[0] == Told("a", 1.0, 24.0)
 
@@ -80,7 +83,10 @@ def test_a_size_goes_the_way_in_which_its_parameter_has_more_room(monkeypatch):
     assert [planning._reach(own, n) for n in "abc"] == [7.0, 5.5, 1.0]
 
 
-@pytest.mark.parametrize(("d2", "size", "settled", "shows"), [(18.0, 0.9, True, True), (17.9, 0.9, False, True), (24.0, 1.1, False, False), (24.0, 1.0, True, True)])
+@pytest.mark.parametrize(
+    ("d2", "size", "settled", "shows"),
+    [(18.0, 0.9, True, True), (17.9, 0.9, False, True), (24.0, 1.1, False, False), (24.0, 1.0, True, True)],
+)
 def test_a_row_is_in_the_units_of_the_recording_and_says_what_is_told(d2, size, settled, shows):
     p = get("zero_offset").parameter("z_out_act_n")
     reach = max(p.high - p.neutral, p.neutral - p.low)
@@ -176,10 +182,10 @@ def test_the_nearest_three_in_the_linear_picture_and_look_alikes_are_rivals(monk
     monkeypatch.setattr(planning, "_least", lambda found, e: object())
     monkeypatch.setattr(planning, "least_shown", lambda *_: [Shown("gain_error", "g_act", "1", 0.1, 0.1)])
     monkeypatch.setattr(planning, "isolability", lambda found, count: (names, cosine))
-    monkeypatch.setattr(planning, "_told", lambda found, shown, rivals, largest: asked.update(rivals=rivals, largest=largest) or Told(None, 1.0, 1.0))
+    monkeypatch.setattr(
+        planning, "_told", lambda found, shown, rivals, largest: asked.update(rivals=rivals, largest=largest) or Told(None, 1.0, 1.0)
+    )
     planning.plan([], Scenario(), names)
     others = [n for n in ("pulley_friction", "viscous") if n in get("gain_error").look_alikes]
     assert asked["largest"] == pytest.approx(0.3) and asked["rivals"][:3] == ["zero_offset", "slack", "const_friction"]
     assert sorted(asked["rivals"][3:]) == sorted(others)
-
-

@@ -112,7 +112,15 @@ def test_every_number_of_a_fault_and_of_what_lies_beside():
     }  # fmt: skip
     assert {k: fault[k] for k in expected} == pytest.approx(expected)
     loop = numbers(row("tension_loop_lag", kind=BESIDE, evidence=9.0, share=0.4, gain=0.5, outside=0), lead)
-    expected = {"beside": 1.0, "beside_gain": 1.0, "beside_share": 0.4, "beside_out": 2.0, "recorder": 0.0, "left_share": 100.0 / 101.0, "log_behind_0": 0.0}
+    expected = {
+        "beside": 1.0,
+        "beside_gain": 1.0,
+        "beside_share": 0.4,
+        "beside_out": 2.0,
+        "recorder": 0.0,
+        "left_share": 100.0 / 101.0,
+        "log_behind_0": 0.0,
+    }
     assert {k: loop[k] for k in expected} == pytest.approx(expected)
     assert numbers(row("saturation", kind=RECORDER, gain=-9.0))["recorder_gain"] == 0.0
     assert numbers(row("tension_loop_lag", kind=BESIDE, evidence=-9.0))["beside_gain"] == 0.0
@@ -188,7 +196,11 @@ def test_what_is_no_candidate_is_told_where_it_is_likelier_than_all_else_without
     p = {c.ids: found, ("slack",): 0.5, NONE: 0.1, UNKNOWN: 0.2}
     after, words = _barred(rows(c, barred={"stribeck": "a rub"}), p)
     assert after == pytest.approx({("slack",): 0.5, NONE: 0.1, UNKNOWN: 0.2 + found})
-    assert words == ("adding a rub gains 30 nats and leaves 0 % of the noise beyond it and what the law may be off by, and is no candidate" if why else "")
+    assert words == (
+        "adding a rub gains 30 nats and leaves 0 % of the noise beyond it and what the law may be off by, and is no candidate"
+        if why
+        else ""
+    )
     assert _barred(rows(c), p) == (p, "")
 
 
@@ -211,7 +223,9 @@ def test_odds_of_effects_and_of_what_has_no_name():
     w = weights(viscous=log(6.0), slack=log(2.0))
     plain = probabilities(rows(row("viscous"), row("slack"), row("viscous", "slack")), w)
     # the three have odds 6, 2 and 12 among one another; named, none and unknown a third each
-    assert plain == pytest.approx({("viscous",): 0.1, ("slack",): 1.0 / 30.0, ("slack", "viscous"): 0.2, NONE: 1.0 / 3.0, UNKNOWN: 1.0 / 3.0})
+    assert plain == pytest.approx(
+        {("viscous",): 0.1, ("slack",): 1.0 / 30.0, ("slack", "viscous"): 0.2, NONE: 1.0 / 3.0, UNKNOWN: 1.0 / 3.0}
+    )
     # an unnamed one has odds of 1 to 20 beside an effect of odds 1
     barred = probabilities(rows(row("a rub"), row("drive"), barred={"a rub": "a rub"}), w)
     assert barred[("a rub",)] / barred[("drive",)] == pytest.approx(1.0 / 20.0)
@@ -221,13 +235,22 @@ def test_odds_of_effects_and_of_what_has_no_name():
 
 
 def test_families_sets_and_runners_up():
-    p = {("channel_lowpass",): 0.3, ("viscous",): 0.2, ("channel_delay",): 0.4, ("channel_delay", "viscous"): 0.05, NONE: 0.03, UNKNOWN: 0.02}
+    p = {
+        ("channel_lowpass",): 0.3,
+        ("viscous",): 0.2,
+        ("channel_delay",): 0.4,
+        ("channel_delay", "viscous"): 0.05,
+        NONE: 0.03,
+        UNKNOWN: 0.02,
+    }
     assert _family(("channel_lowpass",), p) == (("channel_delay",), ("channel_lowpass",))
     assert _family(("viscous",), p) == (("viscous",),)
     # a quarter of all is asked for; the first is always one
     ranked = [("a",), ("b",), ("c",)]
     assert _set(ranked, {("a",): 0.5, ("b",): 0.25, ("c",): 0.25}, 0.25) == (("a",), ("b",), ("c",))
-    assert _set(ranked, {("a",): 0.5, ("b",): 0.26, ("c",): 0.24}, 0.25) == (("a",), ("b",)) and _set(ranked[:1], {("a",): 0.1}, 2.0) == (("a",),)
+    assert _set(ranked, {("a",): 0.5, ("b",): 0.26, ("c",): 0.24}, 0.25) == (("a",), ("b",)) and _set(ranked[:1], {("a",): 0.1}, 2.0) == (
+        ("a",),
+    )
     assert _runner_up({NONE: 0.1, UNKNOWN: 0.1}) == "nothing at all" and "no name" in _runner_up({NONE: 0.1, UNKNOWN: 0.11})
 
 
