@@ -7,7 +7,7 @@ functions keep their machine code on disk: after a fault in one module, that of 
 which mutmut and cosmic-ray do not know.
 
 The diagnosis takes its own module tests: for a fault in module X, the files whose source names X, its own (``test_diagnosis_X.py``, ``test_diagnosis_X_*.py``)
-first. Left out are files that run the whole program, which are slow: they import ``sstl_cli.steps``, ``.api`` or ``.cli``.
+first, ``test_diagnosis_X_values.py`` before them. Left out are files that run the whole program, which are slow: they import ``sstl_cli.steps``, ``.api`` or ``.cli``.
 A module's own file stays even then, as the last. ``--publish`` keeps the rows of parts of which the log knows nothing.
 """
 
@@ -135,15 +135,15 @@ class Copy:
 
 
 def _of_module(files: list[Path], module: str) -> list[Path]:
-    """Return the files whose source names a module of the diagnosis, its own first; whole diagnoses only of its own, as the last."""
+    """Return the files whose source names a module of the diagnosis, its own first, of those quick ones; whole diagnoses only of its own, as the last."""
     named = re.compile(rf"sstl_cli\.diagnosis(\.{module}\b| import .*\b{module}\b)")
     chosen = []
     for file in files:
         text, own = file.read_text(encoding="utf-8"), bool(re.fullmatch(rf"test_diagnosis_{module}(_\w+)?\.py", file.name))
         whole = bool(WHOLE_PROGRAM.search(text))
         if own if whole else own or not module or named.search(text):
-            chosen.append((whole, not own, file))
-    return [file for _, _, file in sorted(chosen)]
+            chosen.append((whole, not own, not file.name.endswith(FIRST), file))
+    return [file for *_, file in sorted(chosen)]
 
 
 def _run_tests(tree: Path, files: list[str], report: Path) -> NoReturn:
