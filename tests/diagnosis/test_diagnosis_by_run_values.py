@@ -71,7 +71,7 @@ def test_it_is_asked_on_the_base_and_beside_the_leading_effects(asked):
 
 
 def test_effects_of_runs_lead_beside_the_other_one_alone_and_nothing_where_one_effect_stands(asked):
-    found = searched([weighed("friction_drift", evidence=5.0), weighed("zero_drift", evidence=-9.0)])
+    found = searched([weighed("friction_drift", evidence=0.5), weighed("zero_drift", evidence=-9.0)])
     by_run.add(found, 2)
     # what differs has evidence of its own by then, but did not lead
     assert asked == [
