@@ -379,3 +379,9 @@ def test_sizes_of_a_map_and_variances_that_are_tried_span_what_there_may_be():
     assert constants.LOUDER[0] == 1.0 and constants.LOUDER[-1] == pytest.approx(4.0) and len(constants.LOUDER) == 13
     assert constants.LEVELS[0] == pytest.approx(0.03) and constants.LEVELS[-1] == pytest.approx(4.0) and len(constants.LEVELS) == 15
     assert constants.NEAR == (1.0, 0.5, 2.0) and constants.WIDE == (1.0, 0.5, 2.0, 0.1, 10.0)
+
+
+@pytest.mark.parametrize(("count", "looked"), [(15, False), (16, True)])
+def test_a_signal_of_sixteen_readings_is_the_shortest_that_is_looked_at(count, looked):
+    y = np.random.default_rng(0).standard_normal(count)
+    assert (recorder.scan(y).noise_n > 0.0) is looked

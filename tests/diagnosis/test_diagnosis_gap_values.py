@@ -157,8 +157,8 @@ def test_a_bend_has_changed_beyond_49_to_1_each_charged_for(monkeypatch, more, c
 
 
 def test_a_bend_alone_explains_half_of_the_squared_error_and_beside_an_effect_need_not(monkeypatch):
-    for retuned, changed in ((0.7, True), (0.72, False)):
-        assert since(monkeypatch, 99.0, 1.0, retuned).changed is changed
+    for retuned, changed in ((1.4, True), (1.43, False)):
+        assert since(monkeypatch, 99.0, 2.0, retuned).changed is changed
     assert since(monkeypatch, 99.0, 1.0, 0.9, free=("viscous",)).changed
     assert not since(monkeypatch, 99.0, nominal=(0.4, 0.5)).changed and since(monkeypatch, 99.0, had=None) is None
     assert not since(monkeypatch, -5.0).changed

@@ -10,7 +10,7 @@ import pytest
 from made_fits import THETA, made, named, noise, simulator
 
 from sstl_cli.diagnosis import accepted as of
-from sstl_cli.diagnosis import gathering, worth
+from sstl_cli.diagnosis import gathering, nameless, worth
 from sstl_cli.diagnosis.by_run import FRICTION, scatter
 from sstl_cli.diagnosis.ending import held_back, parted
 from sstl_cli.diagnosis.evidence import Weighed
@@ -84,6 +84,17 @@ def test_the_fit_of_what_is_named_is_accepted_if_there_is_one():
     for effects in (("saturation",), ("viscous",), ("gain_error", "viscous"), ()):
         assert of.accepted(evidence(found, recorder=(fault,)), said(*effects)) is found.base
     assert not of._fitted(found, ("viscous",)) and of._fitted(found, ("gain_error", "zero_offset")) and of._fitted(found, ("zero_offset",))
+
+
+@pytest.mark.parametrize(("status", "loop", "own"), [("unknown", True, True), ("identified", True, False), ("unknown", False, False)])
+def test_friction_of_its_own_for_the_loop_is_kept_where_it_is_the_cause_and_has_no_name(monkeypatch, status, loop, own):
+    h = nameless.HYPOTHESIS if loop else GAIN.fit.hypothesis.joined(nameless.HYPOTHESIS)
+    odd = SimpleNamespace(fit=SimpleNamespace(hypothesis=h))
+    monkeypatch.setattr(of, "without_name", lambda search, rows: odd)
+    found = evidence(search(ZERO))
+    assert of.kept(found, said(status=status)) is (odd.fit if own else found.search.base)
+    monkeypatch.setattr(of, "without_name", lambda search, rows: None)
+    assert of.kept(found, said(status=status)) is found.search.base
 
 
 @pytest.mark.parametrize("unit_n", [1.0, 10.0])

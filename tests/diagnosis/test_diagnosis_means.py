@@ -76,5 +76,7 @@ def test_before_the_first_reading_a_line_may_have_moved_as_far_as_after_it():
     assert unread_n(out, read, 0) == pytest.approx(np.hypot(0.3, 0.7))
     # at a reading, and between two of them, the smoother knows; behind the last one nothing is ahead
     assert [unread_n(out, read, k) for k in (2, 3, 4, 7)] == pytest.approx([0.3] * 4)
+    # nor is anything ahead where nobody has read for long
+    assert unread_n(out, read[:6] & (np.arange(6) < 3), 5) == pytest.approx(0.3)
     # one whose readings come later than the record is long after them
     assert unread_n(out, np.arange(8) == 6, 0) == pytest.approx(np.hypot(0.3, value[7] - value[6]))

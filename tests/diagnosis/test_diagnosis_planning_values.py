@@ -10,6 +10,7 @@ import pytest
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis import planning
+from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.found import NOTHING
 from sstl_cli.diagnosis.limit import Shown
 from sstl_cli.diagnosis.planning import Planned, Told, classes
@@ -68,7 +69,7 @@ def test_a_size_ends_where_its_parameter_does(monkeypatch):
 
 
 def test_without_a_rival_the_first_size_is_told(monkeypatch):
-    assert told(monkeypatch, {})[0] == Told(None, 1.0, np.inf)
+    assert told(monkeypatch, {})[0] == Told(None, 1.0, np.inf) and DECIDABLE == 24.0
 
 
 def test_a_size_goes_the_way_in_which_its_parameter_has_more_room(monkeypatch):
