@@ -66,6 +66,7 @@ def test_the_cause_is_named_with_its_title_and_how_sure_that_is():
     [
         (50.0, "The gap comes from viscous"), (None, "The gap comes from viscous"),
         (49.0, "A part of the gap (49 % of the error above the noise floor) comes from viscous"),
+        (0.5, "A part of the gap (0 % of the error above the noise floor) comes from viscous"),
         (0.6, "A part of the gap (1 % of the error above the noise floor) comes from viscous"),
         (0.4, "Next to nothing of the gap comes from viscous"), (-20.0, "Next to nothing of the gap comes from viscous"),
     ],
