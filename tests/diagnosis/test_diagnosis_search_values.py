@@ -64,7 +64,9 @@ def test_unwhitened_fits_follow_the_promising_ones_further_and_are_told_the_best
 @pytest.mark.parametrize(("likely", "judged"), [(3.0, True), (5.0, False)])
 def test_hypotheses_that_have_lost_are_weighed_as_they_are(monkeypatch, likely, judged):
     asked = []
-    monkeypatch.setattr(of, "_settled", lambda found, f, judged=False: asked.append((f.ids, judged)) or Model(f.ids, f.cost - 1.0, free=f.free))
+    monkeypatch.setattr(
+        of, "_settled", lambda found, f, judged=False: asked.append((f.ids, judged)) or Model(f.ids, f.cost - 1.0, free=f.free)
+    )
     monkeypatch.setattr(of, "weigh", lambda sim, f, base: SimpleNamespace(fit=f, evidence=-f.cost, ids=f.ids))
     monkeypatch.setattr(of, "of_other_laws", lambda effect: {"law"})
     part = SimpleNamespace(parameter=SimpleNamespace(name="z"))
