@@ -133,3 +133,16 @@ def test_a_memory_is_looked_for_within_runs_up_to_a_quarter_of_the_longest():
     assert discrepancy._memory(one, both) == expected(slow, 50) and 1 < expected(slow, 50) < 50
     assert discrepancy._memory(one, np.ones(240)) == 50.0 and discrepancy._memory(one, np.zeros(240)) == 1.0
     assert discrepancy._memory(one, np.tile([1.0, -1.0], 120)) == 1.0
+
+
+def test_of_a_bend_that_a_model_has_not_seen_the_size_of_the_others_is_known_in_its_unit():
+    others = (
+        section(config_id="y", mean=2.0, sd=1.0, correlation_path=6.0),
+        section(config_id="z", mean=4.0, sd=1.0, correlation_s=4.0, correlation_path=10.0),
+    )
+    (known,) = misfit.applied(fast(), others, 4.0).records
+    # (4 + 16) / 2 and (16 + 64) / 2 of the means, 1 of the scatter each: 26 N^2 on the mean
+    assert known.known is None and known.misfit_n == pytest.approx(np.full(1000, np.sqrt(26.0) / 4.0))
+    # a path of 8 N is one of 2 in the unit of the record
+    speed = np.abs(R.rate).reshape(-1, 2).mean(axis=1)
+    assert known.misfit_s == pytest.approx(1.0 / (1.0 / 3.0 + speed / 2.0))
