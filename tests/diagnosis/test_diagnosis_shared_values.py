@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_fits import made, simulator
+from made_fits import simulator
 
 from sstl_cli.diagnosis import shared
 from sstl_cli.diagnosis.constants import SHARES
@@ -65,4 +65,4 @@ def test_a_law_that_is_off_adds_that_share_of_its_answer(monkeypatch, off):
     told = shared.loosened(found, 3)
     assert told == ([0.2] * 3, "noise", 3) if off else told is found
     # the base and the four likeliest are asked
-    assert asked == [[9.0, 1.0, 10.0, 11.0, 12.0]] and made().discrepancy == 0.0
+    assert asked == [[9.0, 1.0, 10.0, 11.0, 12.0]]
