@@ -136,7 +136,7 @@ class Copy:
 
 def _of_module(files: list[Path], module: str) -> list[Path]:
     """Return the files whose source names a module of the diagnosis, its own first, of those quick ones; whole diagnoses only of its own, as the last."""
-    named = re.compile(rf"sstl_cli\.diagnosis(\.{module}\b| import .*\b{module}\b)")
+    named = re.compile(rf"sstl_cli\.diagnosis(\.{module}\b| import (.*|\([^)]*)\b{module}\b)")
     chosen = []
     for file in files:
         text, own = file.read_text(encoding="utf-8"), bool(re.fullmatch(rf"test_diagnosis_{module}(_\w+)?\.py", file.name))

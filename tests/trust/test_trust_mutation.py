@@ -34,6 +34,7 @@ def test_a_fault_is_shown_to_the_tests_that_name_its_module_its_own_first_and_wh
         "test_diagnosis_fit_values.py": "from sstl_cli.diagnosis.fit import fit",
         "test_diagnosis_fitting.py": "from sstl_cli.diagnosis.fitting import x",
         "test_diagnosis_a.py": "from sstl_cli.diagnosis import noise, fit",
+        "test_diagnosis_lines.py": "from sstl_cli.diagnosis import (\n    fit,\n    means,\n)\nx = (noise)",
         "test_diagnosis_b.py": "from sstl_cli.steps.diagnose import run\nfrom sstl_cli.diagnosis.fit import fit",
         "test_diagnosis_noise.py": "from sstl_cli.cli.app import app\nfrom sstl_cli.diagnosis.noise import x",
     }
@@ -45,9 +46,11 @@ def test_a_fault_is_shown_to_the_tests_that_name_its_module_its_own_first_and_wh
         return [f.stem.removeprefix("test_diagnosis_") for f in mutation._of_module(files, module)]
 
     # quick ones, which compare numbers, before its others
-    assert names("fit") == ["fit_values", "fit", "fit_pieces", "a"]
+    assert names("fit") == ["fit_values", "fit", "fit_pieces", "a", "lines"]
+    # on one line or on several
+    assert names("means") == ["lines"]
     assert names("noise") == ["a", "noise"]
-    assert names("") == ["fit_values", "a", "fit", "fit_pieces", "fitting"]
+    assert names("") == ["fit_values", "a", "fit", "fit_pieces", "fitting", "lines"]
 
 
 def test_every_module_of_the_diagnosis_has_tests_that_run_no_whole_program():
