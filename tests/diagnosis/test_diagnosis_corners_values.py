@@ -48,15 +48,15 @@ def test_corners_go_as_far_as_they_say(share, said):
 
 def test_a_hold_is_read_where_corners_reach_it_and_the_model_holds(monkeypatch):
     slide = np.ones(len(SIM.y))
-    slide[[10, 11, 12, 20, 21, 2005]] = 0.0
+    slide[[10, 11, 12, 20, 21, 2005, 2006, 4005]] = 0.0
     weight = np.ones(len(SIM.y))
     weight[11] = 0.0
     sim = SimpleNamespace(y=np.arange(8000.0), weight=weight, slices=SIM.slices, phases=lambda theta, effects: SimpleNamespace(slide=slide))
     base = SimpleNamespace(theta=None, prediction=np.full(8000, 1.0))
-    first = np.where(np.arange(8000) < 2000, 0.5, 0.0)
+    first = np.where(np.arange(8000) < 4000, 0.5, 0.0)
     found = holds(sim, base, np.stack([first, 2.0 * np.arange(8000.0)]))
-    # the masked sample parts a hold in two, and no corner reaches the second run
-    assert found.tolist() == [[9.0, 11.0, 19.5], [0.5, 0.5, 0.5], [20.0, 24.0, 41.0]]
+    # the masked sample parts a hold in two, and no corner reaches the third run
+    assert found.tolist() == [[9.0, 11.0, 19.5, 2004.5], [0.5] * 4, [20.0, 24.0, 41.0, 4011.0]]
     slide[:] = 0.0011
     assert holds(sim, base, np.stack([first])).shape == (2, 0)
 
