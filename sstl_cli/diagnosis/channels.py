@@ -136,12 +136,19 @@ def _starts(residual: Callable[[Array], Array], pieces: Sequence[_Piece]) -> lis
 
 
 def _tracks(run: Run) -> bool:
+    """Whether the input follows its reference, at once or behind some loop: one that is slow beside its movement is not like it."""
     reference = np.asarray(run.tension_ref_n)
     good = np.isfinite(reference)
     if good.sum() < MIN_SAMPLES or np.ptp(reference[good]) < 0.5:
         return False
-    slope, _ = np.polyfit(reference[good], run.tension_in_n[good], 1)
-    return bool(np.corrcoef(reference[good], run.tension_in_n[good])[0, 1] > TRACKS and abs(slope - 1.0) < SAME_SLOPE)
+    whole, given = bridged(reference, good), run.tension_in_n[good]
+    lags = [0.0, *(SLOWEST_LOOP[0] * 0.5 ** (0.5 * np.arange(2 * LOOP_HALVINGS)))]
+    return any(_alike(first_order(whole, run.dt_s, lag, begin=float(run.tension_in_n[0]))[good], given) for lag in lags)
+
+
+def _alike(asked: Array, given: Array) -> bool:
+    slope = float(np.polyfit(asked, given, 1)[0])
+    return bool(np.corrcoef(asked, given)[0, 1] > TRACKS and abs(slope - 1.0) < SAME_SLOPE)
 
 
 def position_gaps(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> list[ChannelGap]:

@@ -124,6 +124,7 @@ def lines(document: DiagnosisDocument) -> list[str]:
     out.append(_places(document.where))
     if verdict.effects and (rivals(verdict) or verdict.status != "ambiguous"):
         out.append("  not told apart from it on this data: " + (", ".join(rivals(verdict)) or "nothing"))
+    out += _beside(document)
     out += _shown(verdict, unit)
     out += [f"  without run {r.run_id}: {_said(r)}" for r in verdict.odd_runs or ()]
     for tracked in document.downstream.tracking if document.downstream else ():
@@ -131,6 +132,16 @@ def lines(document: DiagnosisDocument) -> list[str]:
         if knowing != other:
             out.append(f"  a controller that knows it tracks the {tracked.reference} reference to {knowing} instead of {other}")
     return out + [f"  note: {text}" for text in document.notes or ()]
+
+
+def _beside(document: DiagnosisDocument) -> list[str]:
+    """Return what most of another channel's error comes from, where the verdict on the output does not say it."""
+    other = document.beside
+    if other is None or set(other.effects) & set(document.verdict.effects) or (other.shrink_pct or 0.0) < 100.0 * HALF:
+        return []
+    before, after = (quantity(small(v), other.unit) for v in (other.rmse_base, other.rmse_with_effect))
+    names = " and ".join(f"{_plain(e)} ({e})" for e in other.effects)
+    return [f"  beside the output: {names} explains channel {other.channel}, whose error falls from {before} to {after}"]
 
 
 def _steps(gap: Gap, verdict: Verdict, unit: str) -> str:

@@ -270,3 +270,15 @@ def test_a_retuned_model_that_leaves_more_than_the_given_one_says_why():
     assert lines(found)[0] == "  0.15 N as given -> 0.18 N re-tuned (to what is most likely, not to the least RMSE); noise floor 0.02 N"
     found["gap"]["rmse_retuned_n"] = 0.1501
     assert lines(found)[0] == "  0.15 N as given -> 0.15 N re-tuned; noise floor 0.02 N"
+
+
+def test_what_another_channel_shows_is_told_beside_the_cause_of_the_gap():
+    loop = {
+        "channel": "tension_in", "unit": "N", "effects": ["tension_loop_lag"], "rmse_base": 0.42, "rmse_with_effect": 0.032,
+        "shrink_pct": 92.4, "parameters": {"tau_s": 0.16},
+    }  # fmt: skip
+    told = "  beside the output: lag of the tension loop (tension_loop_lag) explains channel tension_in, whose error falls from 0.42 N to 0.032 N"
+    assert told in lines(document() | {"beside": loop})
+    # half of the error is what counts as a cause, and the verdict says it itself where it names it
+    for found in (document() | {"beside": loop | {"shrink_pct": 49.0}}, document(effects=("tension_loop_lag",)) | {"beside": loop}):
+        assert not any("beside the output" in line for line in lines(found))
