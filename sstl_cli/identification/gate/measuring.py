@@ -135,7 +135,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         correlation=correlation,
         loop_work=loop_work(x, y),
         copy_rms=math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
-        slopes=agreed(slopes, play, causes, noises[1], ranges[0].span, max(floor_of(noises[1], y), steps[1])),
+        slopes=agreed(slopes, play, causes, noises[1], ranges[0].span, max(floor_of(noises[1], y), steps[1]), noises[0]),
         play=play,
         causes=causes,
         curve=curve_of(x, y, float(t[-1]), causes, play) if moves else None,

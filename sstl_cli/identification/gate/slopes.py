@@ -11,6 +11,8 @@ from sstl_cli.identification.gate.playfit import PlayFit
 # residual over noise of a play operator that leaves nothing
 TO_NOISE = 1.3
 AGREED_EXPLAINED, AGREED_SHARE, AGREED_APART, LEAST_REACH = 0.97, 0.03, 0.15, 0.1
+# times the noise of the input over which a line must be seen: twice what noise alone spans from its 2nd to its 98th percentile
+ACROSS = 8.0
 # part of n theta by which free lines may differ from those of friction (alone, or with one slip)
 HELD, HELD_LEAST = 0.3, 0.1
 # and difference of the logarithms of their gains
@@ -51,7 +53,13 @@ NO_SLOPES = Slopes(*[math.nan] * 6)
 
 
 def agreed(
-    found: Slopes, play: PlayFit | None, causes: Causes, noise_n: float = 0.0, span_n: float = math.inf, tells_n: float = 0.0
+    found: Slopes,
+    play: PlayFit | None,
+    causes: Causes,
+    noise_n: float = 0.0,
+    span_n: float = math.inf,
+    tells_n: float = 0.0,
+    noise_in_n: float = 0.0,
 ) -> Slopes:
     """Return slopes on which phases and play operator agree; those of one where the other has none to show.
 
@@ -63,11 +71,16 @@ def agreed(
         White noise of the output, and the least that its readings tell (N).
     span_n : float
         Span of the input (N), of which the lines were seen over their reaches.
+    noise_in_n : float
+        White noise of the input (N).
     """
     if play is None or not play.explained > AGREED_EXPLAINED or not 0.0 < play.gamma_p < play.gamma_r:
         return NO_SLOPES
     # an output that rests goes along no line: rounding alone gives such a line a slope
     if not span_n * min(play.gamma_p * play.reaches[0], play.gamma_r * play.reaches[1]) > tells_n:
+        return NO_SLOPES
+    # both channels at rest on a line show nothing but the noise of the input
+    if not span_n * min(play.reaches) > ACROSS * noise_in_n:
         return NO_SLOPES
     # lines seen over a small part of the loop are believed where they are those of friction, or leave noise only
     exact = play.delayed_rms_n < TO_NOISE * noise_n and min(play.reaches) > 0.5 * LEAST_REACH

@@ -90,7 +90,10 @@ def _shows(e: Evidence, wrap: float) -> bool:
 
 
 def _lossless(e: Evidence) -> bool:
-    """Whether a straight line from input to output leaves no more than the noise of both sensors."""
+    """Whether a straight line from input to output leaves no more than the noise of both sensors, and is none of friction."""
+    if e.causes.enough and e.causes.friction.wrap > RUBS:
+        # a run that is only pulled, or only released, goes along one line
+        return False
     (u, y), span = (s.noise_n for s in e.sensors), e.ranges[1].span
     return 0.0 < e.copy_rms * span < HIDDEN * math.hypot(u * span / max(e.ranges[0].span, 1e-12), y)
 
