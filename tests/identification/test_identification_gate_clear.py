@@ -31,6 +31,19 @@ def test_gain_of_one_run_beside_two_others_is_told(gain: float) -> None:
     assert np.sqrt(said.number) == pytest.approx(gain, rel=0.02)
 
 
+@pytest.mark.parametrize("gain", [1.14, 1.15, 0.86])
+def test_gain_of_a_second_session_is_told(gain: float) -> None:
+    first, second = [bend("a", 0.4, s) for s in (1, 2)], [bend("a", 0.4, s, gain) for s in (3, 4)]
+    (said,) = remarks([*first, *second])
+    assert (said.rule, said.severity, said.run_ids) == ("gain", "remark", ("a-3", "a-4"))
+    assert np.sqrt(said.number) == pytest.approx(gain, rel=0.02)
+
+
+def test_gain_of_another_bend_is_none_of_a_session() -> None:
+    # there friction may be another one in one direction
+    assert not remarks([*(bend("a", 0.4, s) for s in (1, 2)), *(bend("b", 0.4, s, 1.14) for s in (3, 4))])
+
+
 def test_gain_that_all_runs_have_is_told_beyond_what_sensors_and_directions_make() -> None:
     def log(gain: float) -> list[Run]:
         return [bend(n, theta, s, gain) for n, theta, s in (("a", 0.3, 1), ("a", 0.3, 2), ("b", 0.5, 3))]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
+from itertools import pairwise
 
 from sstl_cli.identification.gate.evidence import Evidence
 
@@ -15,6 +17,8 @@ TURNED = 0.2
 PULLEY = 0.5 * math.log(1.25)
 # of the logarithm: what gains of one sensor scatter by, and how much further from the rest one of them must be
 SAME, STEP = 0.05, 0.12
+# runs of one movement on one bend on either side of a gain that came between them, and standard errors of the gain that it is beyond
+REPEATED, ERRORS = 2, 10.0
 # times the noise that friction alone and with a zero leaves at the least where the gain leaves but noise
 FAR = 6.0
 # runs that must agree where all of them have the gain, and those that must have none beside one that has it
@@ -61,6 +65,38 @@ def clear_alone(log: Sequence[Evidence]) -> dict[str, float]:
         if min(abs(g - v) for v, _ in others) > by:
             found[e.run_id] = math.exp(g)
     return found
+
+
+def clear_repeats(log: Sequence[Evidence]) -> dict[str, float]:
+    """Return the gains of several runs of a system where they agree on one and the others on none, in repetitions of one movement on one bend as well."""
+    known = [(g, e) for e in log if math.isfinite(g := clear_gain(e))]
+    found = {}
+    for key in sorted({(e.system, e.tendon) for _, e in known}, key=str):
+        runs = sorted(((g, e) for g, e in known if (e.system, e.tendon) == key), key=lambda v: v[0])
+        apart = [b[0] - a[0] for a, b in pairwise(runs)]
+        at = 1 + max(range(len(apart)), key=apart.__getitem__) if apart else 0
+        rest, hit = sorted((runs[:at], runs[at:]), key=lambda side: abs(side[len(side) // 2][0]) if side else 0.0)
+        if _agree(rest) and _agree(hit) and _parted(rest, hit) and _together(rest, hit) and max(abs(g) for g, _ in rest) < SAME:
+            found.update({e.run_id: math.exp(g) for g, e in hit})
+    return found
+
+
+def _agree(runs: Sequence[tuple[float, Evidence]]) -> bool:
+    """Whether several runs have one gain."""
+    return len(runs) >= REPEATED and runs[-1][0] - runs[0][0] < 0.5 * SAME
+
+
+def _parted(rest: Sequence[tuple[float, Evidence]], hit: Sequence[tuple[float, Evidence]]) -> bool:
+    """Whether two groups of runs differ in gain by more than their errors, and than a direction that rubs more moves it with the friction."""
+    gap = min(abs(g - v) for g, _ in hit for v, _ in rest)
+    rubs = max(abs(e.slopes.friction - o.slopes.friction) for _, e in hit for _, o in rest)
+    return gap > max(STEP + TURNED * rubs, ERRORS * max(e.slopes.friction_se for _, e in (*rest, *hit)))
+
+
+def _together(rest: Sequence[tuple[float, Evidence]], hit: Sequence[tuple[float, Evidence]]) -> bool:
+    """Whether one movement on one bend was recorded again and again in both groups: neither movement nor bend makes the gain."""
+    cells = [Counter((e.config_id, e.location, e.trajectory) for _, e in side) for side in (rest, hit)]
+    return any(None not in (c[0], c[2]) and min(cells[0][c], cells[1][c]) >= REPEATED for c in cells[0])
 
 
 def clear_everywhere(log: Sequence[Evidence]) -> dict[str, float]:
