@@ -14,6 +14,9 @@ from sstl_cli.identification.gate.rules.two_rigs import second_rig
 RULE, RANK = "exchanged", 49
 # of the logarithm: how far two passes may be from twice one pass, and from where on a bend does not fit its labels
 FITS, ODD = 0.25, 0.45
+# two passes over twice one pass, bend by bend (a pulley in the loop makes it more than 1 in all): how alike it is in sound bends, how far two bends
+# stand off, also over the scatter, whose labels are exchanged, and how many others must agree
+ALIKE, OFF, SCATTERS, OTHERS = 0.1, 0.15, 3.0, 2
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -24,17 +27,29 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             places.setdefault((e.location, e.tendon), {}).setdefault(str(e.config_id), {}).setdefault(e.system, []).append(e)
     if second_rig(log)[0]:
         return
-    for bends in places.values():
-        yield from _place({k: b for k, b in bends.items() if len(b) == 2})
+    whole = {where: {k: b for k, b in bends.items() if len(b) == 2} for where, bends in places.items()}
+    for where, bends in whole.items():
+        # the pulley is that of the rig, wherever the bend
+        elsewhere = [_apart(*_wraps(b)) for w, others in whole.items() if w != where for b in others.values()]
+        yield from _place(bends, elsewhere)
 
 
-def _place(bends: dict[str, dict[str, list[Evidence]]]) -> Iterator[Remark]:
+def _wraps(systems: dict[str, list[Evidence]]) -> tuple[float, float]:
+    """Return n theta of one pass and of two in a bend."""
+    return _middle(systems["act"]), _middle(systems["sstl"])
+
+
+def _place(bends: dict[str, dict[str, list[Evidence]]], elsewhere: Sequence[float]) -> Iterator[Remark]:
     """Compare the labels of one place: what remains once the loops are put in the order of actuation."""
-    wraps = {k: tuple(_middle(b[s]) for s in ("act", "sstl")) for k, b in bends.items()}
+    wraps = {k: _wraps(b) for k, b in bends.items()}
     # one pass and two rub most in the same bend, whatever the law: sorted alike they fit, or no exchange explains them
     sorts = [sorted(wraps, key=lambda k: wraps[k][i]) for i in (0, 1)]
     moved = [(k, o) for k, o in zip(*sorts, strict=True) if k != o]
     odd = [k for k, _ in moved]
+    beyond = _beyond(wraps, moved, elsewhere)
+    if beyond > 0.0:
+        yield _said(bends, odd, beyond, "stands off that of the other bends")
+        return
     # of labels that went round in a circle one may be far off and all others near
     if not any(abs(_apart(*wraps[k])) > ODD for k in odd):
         return
@@ -44,12 +59,29 @@ def _place(bends: dict[str, dict[str, list[Evidence]]]) -> Iterator[Remark]:
     if max(left) > FITS or max(flipped) < ODD:
         return
     worst = max(abs(_apart(*wraps[k])) for k in odd)
+    yield _said(bends, odd, worst, "is off")
+
+
+def _beyond(wraps: dict[str, tuple[float, float]], moved: list[tuple[str, str]], elsewhere: Sequence[float]) -> float:
+    """Return how far (logarithm) two bends stand off the others, all of which are alike once the two are exchanged; 0 where they are not."""
+    rest = [*elsewhere, *(_apart(*w) for k, w in wraps.items() if k not in {k for k, _ in moved})]
+    if len(moved) != 2 or len(rest) < OTHERS:
+        return 0.0
+    every = [*rest, *(_apart(wraps[k][0], wraps[o][1]) for k, o in moved)]
+    scatter = max(every) - min(every)
+    off = sorted(_apart(*wraps[k]) - float(np.median(rest)) for k, _ in moved)
+    least = min(-off[0], off[1])
+    return max(-off[0], off[1]) if scatter < ALIKE and least > max(OFF, SCATTERS * scatter) else 0.0
+
+
+def _said(bends: dict[str, dict[str, list[Evidence]]], odd: list[str], worst: float, how: str) -> Remark:
+    """Return what is said of the bends whose labels are exchanged, ``worst`` (logarithm) of which is off."""
     systems = _out_of_order(bends)
     hit = [e for k in odd for s in systems for e in bends[k][s]]
     which = f"the {systems[0]} runs" if len(systems) == 1 else "the act runs or of the sstl runs"
-    yield Remark(
+    return Remark(
         tuple(e.run_id for e in hit), RULE, "failure", 100.0 * math.expm1(worst), "%",
-        f"{names([e.run_id for e in hit])}: friction of the loop is off from twice that of actuation by a factor of {math.exp(worst):.3g} in "
+        f"{names([e.run_id for e in hit])}: friction of the loop over twice that of actuation {how} by a factor of {math.exp(worst):.3g} in "
         f"configurations {', '.join(odd)}, and fits in all of them once the configurations of {which} are exchanged; these labels are "
         "probably shuffled, those of the systems are right",
         "file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id",
