@@ -36,6 +36,25 @@ def test_swapped_channels_are_told_of_all_runs_and_nothing_else_of_the_rest() ->
     assert set(said[0].run_ids) == {r.run_id for r in log}
 
 
+def sinusoid(name: str, theta: float, seed: int) -> Run:
+    """Return a double pass that turns before its output has gone far."""
+    t = np.arange(0.0, 80.0, 0.04)
+    x = 15.0 - 11.0 * np.cos(2.0 * np.pi * t / 10.0)
+    noise = 0.02 * np.random.default_rng(seed).standard_normal((2, len(t)))
+    return Run(name, "sstl", t, x + noise[0], play(x, lines(theta)) + noise[1], config_id=name, trajectory="sin")
+
+
+def test_one_sinusoid_of_a_wide_loop_with_its_channels_swapped_is_told() -> None:
+    log = [sinusoid(f"b{i}", 0.6 + 0.1 * i, i) for i in range(3)]
+    wide = sinusoid("wide", 1.25, 9)
+    assert float(np.corrcoef(wide.tension_in_n, wide.tension_out_n)[0, 1]) < 0.2
+    (said,) = remarks([*log, swapped(wide)])
+    assert (said.rule, said.run_ids) == ("swapped", ("wide",))
+    # a sensor that was lost at its highest reading looks like a loop that is never released
+    assert "or the input was lost" in said.sentence
+    assert "swapped" not in [r.rule for r in remarks([*log, wide])]
+
+
 def test_a_clock_that_drifts_is_no_other_recording() -> None:
     def drifting(r: Run) -> Run:
         late = np.interp(r.time_s / 1.012, r.time_s, r.tension_out_n)

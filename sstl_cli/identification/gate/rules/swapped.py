@@ -10,6 +10,9 @@ from sstl_cli.identification.gate.remark import Remark, names
 RULE, RANK = "swapped", 27
 # residual of the exchanged record over that of the record as it is, and as a share of the span
 BETTER, GOOD = 0.5, 0.06
+# correlation from which on a loop is one; a wide one of two passes has less, and is believed where exchanged it leaves but noise (times the input's) and
+# this part of what it leaves as recorded
+GOES_ALONG, TO_NOISE, MUCH_BETTER = 0.2, 2.0, 0.1
 # what the exchanged record may leave of what the record leaves, both without a delay, where most runs are exchanged and friction explains none: cables are exchanged for all of them
 LIKELIER = 0.8
 
@@ -23,11 +26,13 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     slope = max((e.slopes.gamma_p for e in hit if e.slopes.gamma_p == e.slopes.gamma_p), default=float("nan"))
     said = f" (slope of the pull {slope:.3g}, above 1)" if slope > 1.0 else ""
     share = max(e.swapped_rms / max(_as_recorded(e), 1e-300) for e in hit if _exchanged(e))
+    # a wide loop that is never released stays where it was pulled to, and so does a sensor that was lost there
+    lost = ", or the input was lost where it stays from its first rise on" if all(e.loops == 0 for e in hit) else ""
     number, unit = (slope, "1") if slope > 1.0 else (100.0 * share, "%")
     yield Remark(
         tuple(e.run_id for e in hit), RULE, "failure", number, unit,
         f"{names([e.run_id for e in hit])}: the input follows the output{said}, and exchanged they fit a hysteresis loop with "
-        f"{100 * share:.0f} % of the error; input and output are probably swapped",
+        f"{100 * share:.0f} % of the error; input and output are probably swapped{lost}",
         "tension_in_n = (the column of tension_out_n); tension_out_n = (the column of tension_in_n)",
     )  # fmt: skip
 
@@ -48,4 +53,7 @@ def _as_recorded(e: Evidence) -> float:
 def _exchanged(e: Evidence) -> bool:
     # what is left must be more than noise
     told = _as_recorded(e) * e.ranges[1].span > 2.0 * max(e.sensors[1].noise_n, 0.3 * e.sensors[1].step_n)
-    return told and e.correlation > 0.2 and e.swapped_rms < GOOD and e.swapped_rms < BETTER * _as_recorded(e)
+    if not told or not e.swapped_rms < min(GOOD, BETTER * _as_recorded(e)):
+        return False
+    but_noise = e.swapped_rms * e.ranges[0].span < TO_NOISE * e.sensors[0].noise_n and e.swapped_rms < MUCH_BETTER * _as_recorded(e)
+    return e.correlation > GOES_ALONG or (but_noise and e.correlation > 0.0 and e.tendon_like)
