@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from identification_slips import rig
+from identification_loops import play, trapezoid
+from identification_slips import lines, rig
 
+from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
 
 # of friction on every bend: on a slight one lines tell no zero
@@ -53,3 +55,16 @@ def test_a_zero_that_goes_along_all_runs_is_the_rigs():
     along = np.linspace(0.0, 3.2, len(rig(FACTOR)[0]))
     runs = [replace(r, tension_out_n=r.tension_out_n + (1.0 if r.run_id == "act-b050" else 0.7) * along) for r in rig(FACTOR)]
     assert not [r for r in zeros([gate.evidence_of(r) for r in runs]) if "first sample" in r.sentence]
+
+
+def test_all_runs_of_a_sensor_that_hold_its_zero_are_named():
+    def driven(name, high, zero_n, seed):
+        t, x = trapezoid(2.0, high, rate=50.0, cycles=3)
+        noise = 0.02 * np.random.default_rng(seed).standard_normal((2, len(t)))
+        return Run(name, "sstl", t, x + noise[0], play(x, lines(0.8)) + noise[1] + zero_n, config_id="a", trajectory=name)
+
+    # of a strong movement 3 N are a small part, not told by themselves
+    log = [driven("strong", 90.0, 3.0, 1), driven("other", 80.0, 0.0, 2)]
+    assert not [r for r in gate.remarks(log) if "strong" in r.run_ids]
+    (said,) = [r for r in gate.remarks([driven("weak", 26.0, 3.0, 3), *log]) if r.rule == "zero"]
+    assert set(said.run_ids) == {"weak", "strong"} and said.number == pytest.approx(3.0, abs=0.1)

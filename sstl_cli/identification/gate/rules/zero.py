@@ -72,7 +72,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     yield from _cut(log)
     yield from _creeping(log)
     held = {(e.run_id, i) for e in log for i in (0, 1) if e.run_id not in zeroed and not (_below(e, 0) or _below(e, 1)) and _held(e, i)}
-    yield from _told(log, held)
+    beside = _beside([e for e in log if e.run_id not in zeroed and not (_below(e, 0) or _below(e, 1))], held)
+    yield from _told(log, held, beside)
+    held |= beside
     for i in (0, 1):
         told = {name for name, _ in held}
         hit = [e for e in log if _apart(e, i) and not (_below(e, 0) or _below(e, 1)) and e.run_id not in told]
@@ -227,11 +229,29 @@ def _zero(e: Evidence, i: int) -> Cause:
     return e.causes.zero_out if i else e.causes.zero_in
 
 
-def _told(log: Sequence[Evidence], held: set[tuple[str, int]]) -> Iterator[Remark]:
+def _beside(log: Sequence[Evidence], held: set[tuple[str, int]]) -> set[tuple[str, int]]:
+    """Return the runs of the same sensor that hold a zero like one that was told, each not as clearly by itself: a sensor is zeroed for many runs."""
+    found = set()
     for i in (0, 1):
-        hit = [e for e in log if (e.run_id, i) in held]
-        if hit:
-            sizes = sorted(_zero(e, i).size for e in hit)
+        for first in [e for e in log if (e.run_id, i) in held]:
+            of = [e for e in log if (e.system, e.tendon) == (first.system, first.tendon) and (e.run_id, i) not in held]
+            found |= {(e.run_id, i) for e in of if _like(e, i, _zero(first, i).size)}
+    return found
+
+
+def _like(e: Evidence, i: int, size: float) -> bool:
+    """Whether a zero of this channel of about this size (N) takes most of what friction leaves of a run; another slip may take as much."""
+    mine = _zero(e, i)
+    near = SIZE * abs(size) < math.copysign(mine.size, mine.size * size) < abs(size) / SIZE
+    return e.tendon_like and e.causes.holds(mine.rms_n) and near
+
+
+def _told(log: Sequence[Evidence], held: set[tuple[str, int]], beside: set[tuple[str, int]]) -> Iterator[Remark]:
+    """Yield runs that hold a zero, with those ``beside`` them that hold it less clearly: the size is that of the clear ones."""
+    for i in (0, 1):
+        sizes = sorted(_zero(e, i).size for e in log if (e.run_id, i) in held)
+        hit = [e for e in log if (e.run_id, i) in held | beside]
+        if sizes:
             size = sizes[len(sizes) // 2]
             yield Remark(
                 tuple(e.run_id for e in hit), RULE, "remark", size, "N",
