@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -25,6 +26,8 @@ TURN = 0.1
 # a fold: how near to zero (noise, part of the span) a channel must come, and the part of its way that an output goes against its input as it
 # stands and with its sign
 NEAR, NEAR_SHARE, MOST_NEAR, AGAINST, WITH, FAR = 8.0, 0.03, 0.1, 0.08, 0.02, 30.0
+# how long (part of the longer neighbour) a channel that lost its sign is near zero, which it goes through as fast as before
+PASSES = 0.1
 # part of its highest reading by which an input that pulls alone may go below zero (a zero that is off)
 BOTH_WAYS = 0.25
 # what friction must leave (part of the span) for a change of gain or zero to be sought
@@ -37,13 +40,14 @@ class Shapes:
 
     ``limit_n`` are the levels (N) that input and output do not pass while the other one goes on, ``wrap_n`` the jumps (N) of a
     converter that overflows, ``change`` another gain or zero from one moment on, ``fold_n`` what the output
-    reads at no tension where its sign is lost below zero, ``rest`` where it rests though friction moves it, ``parted`` where friction becomes that of another bend.
+    reads at no tension where its sign is lost below zero, ``fold_in`` whether the input lost its own, ``rest`` where it rests though friction moves it, ``parted`` where friction becomes that of another bend.
     """
 
     limit_n: tuple[float, float] = (math.nan, math.nan)
     wrap_n: tuple[float, float] = (math.nan, math.nan)
     change: Change | None = None
     fold_n: float = math.nan
+    fold_in: bool = False
     rest: Rest | None = None
     parted: Parted | None = None
 
@@ -62,12 +66,13 @@ def shapes_of(
     wraps = (overflows.size_n(raw[0], over), overflows.size_n(raw[1], under))
     left = causes.least_n(float(t[-1] - t[0]))
     fold, rest = _folded(x, y, noise[1]), rest_of(t, x, y, noise, steps[1], causes)
+    fold_in = _signed(y, x, noise[::-1], passes=PASSES) is not None
     if causes.enough or rest is not None or any(map(math.isfinite, wraps)):
         # a sensor that stops, or whose number overflows, has no other gain and zero
-        return Shapes(limits, wraps, fold_n=fold, rest=rest)
+        return Shapes(limits, wraps, fold_n=fold, fold_in=fold_in, rest=rest)
     change = change_of(t, x, y, recorded, left) if left > ODD * float(np.ptp(y)) else None
     parted = parted_of(points, noise[1], left, causes) if change is None else None
-    return Shapes(limits, wraps, change, fold, parted=parted)
+    return Shapes(limits, wraps, change, fold, fold_in, parted=parted)
 
 
 def against_of(x: Array, y: Array, noise: tuple[float, float]) -> float:
@@ -101,23 +106,9 @@ def _turns(x: Array, least: float) -> NDArray[np.int64]:
 
 
 def _folded(x: Array, y: Array, noise_n: float) -> float:
-    """Return what the output reads at no tension once its sign is put back below zero, NaN where that explains nothing.
-
-    An output without its sign goes against its input below zero, which no friction makes it do, and with its sign it does not.
-    """
-    step = np.abs(np.diff(y))
-    # what goes through zero between two samples is no further from it than a step
-    step = np.minimum(np.maximum(np.append(step, 0.0), np.insert(step, 0, 0.0)), MOST_NEAR * float(np.max(y)))
-    low = y < np.maximum(max(NEAR * noise_n, NEAR_SHARE * float(np.ptp(y))), step)
-    if float(np.min(y)) < -NEAR * noise_n or not low.any() or low.all():
-        return math.nan
-    signed, ways = np.zeros(len(y)), []
-    for a, b in stretches(~low):
-        # from one touch of zero to the next the output goes either with its input or against it
-        ways.append(float(np.sum(np.diff(y[a:b]) * np.sign(np.diff(x[a:b])))))
-        signed[a:b] = np.sign(ways[-1]) * y[a:b]
-    back, total = -sum(min(w, 0.0) for w in ways), sum(abs(w) for w in ways)
-    if not AGAINST * total < back < (1.0 - AGAINST) * total or back < FAR * noise_n or against_of(x, signed, (noise_n, noise_n)) > WITH:
+    """Return what the output reads at no tension once its sign is put back below zero, NaN where that explains nothing."""
+    signed = _signed(x, y, (noise_n, noise_n))
+    if signed is None:
         return math.nan
     if float(np.min(x)) < -BOTH_WAYS * float(np.max(x)):
         # friction of a channel that pushes and pulls is another one, and its zero no tension's
@@ -125,3 +116,30 @@ def _folded(x: Array, y: Array, noise_n: float) -> float:
     size = best_fit(x, signed, ZERO_OUT, floor_of(noise_n, y)).size
     # a zero within what the sensor is used for
     return size if -2.0 * float(np.max(y)) < size < 0.0 else math.nan
+
+
+def _signed(x: Array, y: Array, noise: tuple[float, float], passes: float = math.inf) -> Array | None:
+    """Return channel ``y`` with its sign put back below zero, None where that explains nothing.
+
+    A channel without its sign goes against the other one (``x``) below zero, which no friction makes it do, and with its sign it does not.
+    Where its sign changes it is near zero for no longer than the part ``passes`` of what is beside.
+    """
+    noise_n, step = noise[1], np.abs(np.diff(y))
+    # what goes through zero between two samples is no further from it than a step
+    step = np.minimum(np.maximum(np.append(step, 0.0), np.insert(step, 0, 0.0)), MOST_NEAR * float(np.max(y)))
+    low = y < np.maximum(max(NEAR * noise_n, NEAR_SHARE * float(np.ptp(y))), step)
+    if float(np.min(y)) < -NEAR * noise_n or not low.any() or low.all():
+        return None
+    pieces = [(int(a), int(b)) for a, b in stretches(~low)]
+    # from one touch of zero to the next a channel goes either with the other one or against it
+    ways = [float(np.sum(np.diff(y[a:b]) * np.sign(np.diff(x[a:b])))) for a, b in pieces]
+    signed = np.zeros(len(y))
+    for (a, b), way in zip(pieces, ways, strict=True):
+        signed[a:b] = np.sign(way) * y[a:b]
+    turned = [(p, q) for (p, v), (q, w) in pairwise(zip(pieces, ways, strict=True)) if v * w < 0.0]
+    if any(q[0] - p[1] > passes * max(p[1] - p[0], q[1] - q[0]) for p, q in turned):
+        return None
+    back, total = -sum(min(w, 0.0) for w in ways), sum(abs(w) for w in ways)
+    if not AGAINST * total < back < (1.0 - AGAINST) * total or back < FAR * noise_n or against_of(x, signed, noise) > WITH:
+        return None
+    return signed

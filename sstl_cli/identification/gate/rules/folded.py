@@ -13,7 +13,8 @@ RULE, RANK = "folded", 33
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
-    """Yield runs whose output friction explains once its sign is put back."""
+    """Yield runs whose output friction explains, or whose input goes with the output, once its sign is put back."""
+    yield from _inputs([e for e in log if e.usable and e.shapes.fold_in and e.dropouts[0] is None])
     # a connector that lets go turns the output at zero as well
     hit = [e for e in log if e.usable and math.isfinite(e.shapes.fold_n) and e.dropouts[1] is None]
     # what goes to both sides of zero at the input (an angle, a difference of two tendons) has lost its sign, and no zero was wrong
@@ -35,4 +36,17 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             f"{names([e.run_id for e in hit])}: the output turns back at zero against its input, which no friction does, and goes with it once "
             f"its sign is changed beyond, with {size:.3g} N at no tension; it was probably rectified after its zero was taken under load",
             f"{CHANNELS[1]} = {{ column = (the reading with its sign), offset = (reading at no load, about {size:.3g}) }}",
+        )  # fmt: skip
+
+
+def _inputs(hit: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose input turns at zero while the output goes on."""
+    if hit:
+        ids = tuple(e.run_id for e in hit)
+        yield Remark(
+            # a size without a sign may be meant where a channel is no tension
+            ids, RULE, "failure" if all(e.both_tensions for e in hit) else "remark", 0.0, "N",
+            f"{names(ids)}: the input turns back at zero while the output goes on, and goes with it once its sign is changed beyond; "
+            "the absolute value of the input was probably taken",
+            f"{CHANNELS[0]} = {{ column = (the reading with its sign) }}",
         )  # fmt: skip
