@@ -394,7 +394,7 @@ def test_both_systems_under_one_label(label):
     (told,) = [r for r in gate.remarks(runs) if r.rule == "passes"]
     other = {"act": "sstl", "sstl": "act"}[label]
     assert told.failed and told.run_ids == (f"a-{other}-0", f"b-{other}-0")
-    assert told.mend == f'[constants] system = "{other}"'
+    assert told.mend.startswith(f'[constants] system = "{other}"')
     # on a single bend a file of another bend may look like that
     (doubt,) = [r for r in gate.remarks([r for r in runs if r.config_id == "a"]) if r.rule == "passes"]
     assert not doubt.failed and doubt.run_ids == (f"a-{other}-0",)
