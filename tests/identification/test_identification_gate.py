@@ -398,14 +398,3 @@ def test_both_systems_under_one_label(label):
     # on a single bend a file of another bend may look like that
     (doubt,) = [r for r in gate.remarks([r for r in runs if r.config_id == "a"]) if r.rule == "passes"]
     assert not doubt.failed and doubt.run_ids == (f"a-{other}-0",)
-
-
-def test_marks_between_thousands_read_as_decimal_ones_are_no_kilonewtons():
-    """4.974 mN for 4974: the mending line said kN."""
-
-    def read(r):
-        # as written in whole mN with a mark between thousands
-        return replace(r, tension_in_n=np.round(r.tension_in_n, 3) / 1e3, tension_out_n=np.round(r.tension_out_n, 3) / 1e3)
-
-    [said] = [r for r in gate.remarks(each(read)) if r.rule == "magnitude"]
-    assert "marks between thousands" in said.mend and "kN" not in said.mend + said.sentence

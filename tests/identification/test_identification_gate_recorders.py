@@ -10,6 +10,7 @@ from identification_loops import play
 from identification_slips import bend, lines
 
 from sstl_cli.core.runs import Run
+from sstl_cli.identification import gate
 from sstl_cli.identification.gate import evidence_of
 from sstl_cli.identification.gate.rules import joined, lead, passes, position, stuck, time_unit
 
@@ -125,3 +126,13 @@ def test_a_position_that_goes_the_way_of_another_run_is_told():
     assert [r.run_ids for r in told] == [(log[1].run_id,)] and "another run" in told[0].sentence
     # runs of one movement may exchange theirs
     assert not list(position.look([evidence_of(replace(log[0], position_in_mm=log[4].position_in_mm)), *found[1:]]))
+
+
+def test_marks_between_thousands_read_as_decimal_ones_are_no_kilonewtons():
+    """4.974 mN for 4974: the mending line said kN."""
+
+    run = bend("b020", 0.2, "act", 1)
+    # as written in whole mN with a mark between thousands
+    read = replace(run, tension_in_n=np.round(run.tension_in_n, 3) / 1e3, tension_out_n=np.round(run.tension_out_n, 3) / 1e3)
+    [said] = [r for r in gate.remarks([read]) if r.rule == "magnitude"]
+    assert "marks between thousands" in said.mend and "kN" not in said.mend + said.sentence
