@@ -267,10 +267,9 @@ class Splitter:
 
     def _refuse_packets(self, chunk: Chunk, changes: NDArray[np.bool_]) -> None:
         """Refuse rows that were stamped when they arrived: each packet would be a run of its own, at a rate that nothing was recorded with."""
-        starts = [0, *np.flatnonzero(changes[1:]) + 1, len(chunk)]
-        for a, b in pairwise(starts):
-            signals = {name: values[a:b] for name, values in chunk.signals.items()}
-            found = packets_of(signals["time_s"], tuple(signals[name] for name in TENSIONS))
+        time, tensions = chunk.signals["time_s"], [chunk.signals[name] for name in TENSIONS]
+        for a, b in pairwise([0, *np.flatnonzero(changes[1:]) + 1, len(chunk)]):
+            found = packets_of(time[a:b], tuple(v[a:b] for v in tensions))
             if found is not None:
                 fix = f"{found.mend} (or, if the pauses are real, gap_s in [time])"
                 raise SstlError(f"time comes in {found.said}", where=self.where, fix=fix, code="E358")

@@ -13,7 +13,7 @@ from sstl_cli.core.runs import Run
 from sstl_cli.core.tables import PARAMETERS, PHASES, TENDON, Column, theta_units
 from sstl_cli.identification import PHASE_NAMES, Segmentation, SegmentOptions, gate, segment_run
 from sstl_cli.identification.gate import Remark
-from sstl_cli.steps.theta_rows import ThetaRows
+from sstl_cli.steps.theta_rows import ThetaRows, row_of
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Segmented:
 
     def row(self) -> ThetaRow:
         """Return the row of the Theta table."""
-        return ThetaRows.of(self.values())
+        return row_of(self.values())
 
     def phase_table(self) -> pa.Table:
         """Return the phase PB, PP, RB or RP of every sample."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import overload
 
 import pyarrow as pa
@@ -40,13 +40,6 @@ class ThetaRows(Sequence[ThetaRow]):
         if values["gamma_p"] is None and values["gamma_r"] is None:
             numbers = self._numbers.setdefault(numbers, numbers)  # type: ignore[arg-type]
         self._held.append((labels, numbers))  # type: ignore[arg-type]
-
-    @classmethod
-    def of(cls, values: dict[str, str | float | None]) -> ThetaRow:
-        """Return one row, given by its fields."""
-        rows = cls()
-        rows.add(values)
-        return rows[0]
 
     @property
     def name_tendons(self) -> bool:
@@ -100,10 +93,14 @@ class ThetaRows(Sequence[ThetaRow]):
         return pa.concat_tables(parts) if parts else schema.empty_table()
 
 
-def _row(labels: Labels, numbers: Numbers) -> ThetaRow:
-    values = {**dict(zip(LABELS, labels, strict=True)), **dict(zip(NUMBERS, numbers, strict=True))}
+def row_of(values: Mapping[str, str | float | None]) -> ThetaRow:
+    """Return one row, given by its fields."""
     # a tendon that was not named stays away, as in the documents
-    return ThetaRow(**{n: values[n] for n in NAMES if n != "tendon" or values[n] is not None})
+    return ThetaRow.model_validate({n: values[n] for n in NAMES if n != "tendon" or values[n] is not None})
+
+
+def _row(labels: Labels, numbers: Numbers) -> ThetaRow:
+    return row_of({**dict(zip(LABELS, labels, strict=True)), **dict(zip(NUMBERS, numbers, strict=True))})
 
 
 def _table(held: Sequence[tuple[Labels, Numbers]], schema: pa.Schema) -> pa.Table:
