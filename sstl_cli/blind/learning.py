@@ -13,7 +13,8 @@ from scipy.special import log_softmax, softmax
 from sklearn.isotonic import IsotonicRegression
 
 from sstl_cli.blind.truth import CaseTruth
-from sstl_cli.diagnosis.constants import DECIDABLE, LEAST_GAP, MISFITS, SHARES, TOLD
+from sstl_cli.diagnosis.constants import DECIDABLE, LEAST_GAP, MISFITS, SHARES, TOLD, USUAL_SHARE
+from sstl_cli.diagnosis.evidence import discounted
 from sstl_cli.diagnosis.features import OUTPUT, Ids, Rows
 from sstl_cli.diagnosis.hypotheses import FAMILIES
 from sstl_cli.diagnosis.verdict import (
@@ -28,7 +29,6 @@ from sstl_cli.diagnosis.verdict import (
     Verdict,
     candidate_terms,
     decided,
-    discounted,
     inclusive,
     log_terms,
     probabilities,
@@ -64,8 +64,6 @@ STATUSES = (IDENTIFIED, AMBIGUOUS, UNDECIDED, NOTHING)
 COMMITS = np.linspace(0.5, 0.98, 25)
 # a library of few cases does not make odds twice as sure
 TEMPERS = (0.2, 2.0)
-# share of its response by which a law is usually off
-USUAL_SHARE = MISFITS[1]
 # fewer cases say nothing of how often a verdict is right
 FEWEST_STATED = 50
 # half of D^2 = 24: naming at 49 to 1 in 95 of 100 cases

@@ -27,9 +27,10 @@ from sstl_cli.diagnosis.constants import (
     SAME_SLOPE,
     SLOWEST_LOOP,
     TRACKS,
+    USUAL_SHARE,
 )
 from sstl_cli.diagnosis.driven import known_input
-from sstl_cli.diagnosis.evidence import strengths_charge
+from sstl_cli.diagnosis.evidence import discounted, strengths_charge
 from sstl_cli.diagnosis.features import BESIDE, CandidateRow
 from sstl_cli.diagnosis.fit import Fit
 from sstl_cli.diagnosis.latent import block_mean
@@ -49,7 +50,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ChannelGap:
-    """What one effect makes of a channel beside the output: RMSE before and after (unit of the channel), gain (nats)."""
+    """What one effect makes of a channel beside the output: RMSE before and after (unit of the channel), gain (nats).
+
+    ``moved`` is how far a change goes (RMS) over what the simulator claims of the effect already, infinite where it claims nothing.
+    """
 
     channel: str
     unit: str
@@ -59,6 +63,7 @@ class ChannelGap:
     rmse_with: float
     noise: float
     gain: float
+    moved: float = float("inf")
 
     @property
     def fall_pct(self) -> float:
@@ -70,7 +75,9 @@ class ChannelGap:
         k = len(self.values)
         left = (self.rmse_with / max(self.noise, 1e-12)) ** 2
         share = 1.0 - self.rmse_with / max(self.rmse_base, 1e-300)
-        evidence = self.gain - strengths_charge(k, 2.0 * max(self.gain, 0.0))
+        # no claim is exact: what is claimed explains so many nats, and is off by a share of that
+        worth = discounted(self.gain, USUAL_SHARE, max(self.gain, 0.0) / max(self.moved**2, np.finfo(float).tiny))
+        evidence = worth - strengths_charge(k, 2.0 * max(worth, 0.0))
         return CandidateRow((self.effect,), BESIDE, k, self.gain, evidence, evidence, left, 0.0, 0.0, 0, 1.0, share)
 
 
@@ -107,7 +114,9 @@ def loop_gaps(records: Sequence[Record], had: Mapping[str, float] | None = None)
     best = min(fits, key=lambda f: f.cost)
     left = residual(best.x)
     values = {"tau_s": float(best.x[0]), "inverse_slew_s_per_n": float(best.x[1])}
-    return [ChannelGap("tension_in", "N", "tension_loop_lag", values, _rms(base), _rms(left), max(noise, 1e-9), log_gain(base, left, left))]
+    far = _moved(residual(np.zeros(2)), base, left) if had else float("inf")
+    gain = log_gain(base, left, left)
+    return [ChannelGap("tension_in", "N", "tension_loop_lag", values, _rms(base), _rms(left), max(noise, 1e-9), gain, far)]
 
 
 def _pieces(r: Record) -> list[_Piece]:
@@ -167,10 +176,23 @@ def position_gaps(sim: Simulator, tension: Fit, candidates: Sequence[str]) -> li
     base = _position_residual(sim, lines, {})
     found = [_fit_position(sim, lines, e) for e in effects]
     best = min((left for left, _, _ in found), key=_rms)
+
+    def moved(e: Effect, left: Array) -> float:
+        if e.id not in sim.fixed:
+            return float("inf")
+        others = replace(sim, fixed={k: v for k, v in sim.fixed.items() if k != e.id})
+        return _moved(_position_residual(others, lines, {}), base, left)
+
     return [
-        ChannelGap("position_in", "mm", e.id, values, _rms(base), _rms(left), max(noise, 1e-6), log_gain(base, left, best))
+        ChannelGap("position_in", "mm", e.id, values, _rms(base), _rms(left), max(noise, 1e-6), log_gain(base, left, best), moved(e, left))
         for left, e, values in found
     ]
+
+
+def _moved(without: Array, base: Array, left: Array) -> float:
+    """Return how far a change goes over what is claimed already, of what is left without the claim, with it, and with the change."""
+    claimed = _rms(without - base)
+    return _rms(base - left) / claimed if claimed > 0.0 else float("inf")
 
 
 def log_gain(base: Array, left: Array, best: Array) -> float:

@@ -19,6 +19,8 @@ SHARES = (0.0, 0.01, 0.03, 0.1, 0.3)
 # laws that are off by a share leave that share squared of what they explain: differences of evidence count less the larger the
 # gap; the learned weights choose among no share, the middle one and the next
 MISFITS = (SHARES[0], *SHARES[2:-1])
+# share of its response by which a law is usually off
+USUAL_SHARE = MISFITS[1]
 # who explains less than this of the squared error beyond the noise is no cause of the gap
 HALF = 0.5
 # a gap of less than this share of the noise is nobody's cause, and teaches nothing

@@ -92,6 +92,11 @@ def likeness_charge(known: Array, parts: Sequence[Sequence[int]]) -> float:
     return max(charge, 0.0) if np.isfinite(charge) else 0.0
 
 
+def discounted(nats: float, share: float, explained: float) -> float:
+    """Return what a difference of evidence is worth where laws are off by a share of what they explain (nats)."""
+    return nats / (1.0 + 2.0 * share * share * explained)
+
+
 def weigh(sim: Simulator, f: Fit, base: Fit, parts: Sequence[Weighed] = ()) -> Weighed:
     """Return a fit with its evidence over the base.
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
 from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, LEAST_SHARE, MISFITS, UNNAMED
+from sstl_cli.diagnosis.evidence import discounted
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, best_of, leading
 from sstl_cli.diagnosis.hypotheses import FAMILIES, title, with_zeros
 from sstl_cli.diagnosis.reasons import carried, explained, left, nearer, partly, strained
@@ -109,11 +110,6 @@ def _gap(c: CandidateRow) -> float:
     """Return the gap (RMS, over the noise) that an effect beside the output closes; infinite where it closes all."""
     left = (1.0 - c.share) ** 2
     return float(np.sqrt(max(c.chi2, 1.0) * max(1.0 - left, 0.0) / left)) if left > 0.0 else float("inf")
-
-
-def discounted(nats: float, share: float, explained: float) -> float:
-    """Return what a difference of evidence is worth where laws are off by a share of what they explain (nats)."""
-    return nats / (1.0 + 2.0 * share * share * explained)
 
 
 def candidate_terms(c: CandidateRow, rows: Rows) -> Array:

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.channels import ChannelGap, _independent, _tracks, log_gain, loop_gaps, position_gaps
-from sstl_cli.diagnosis.constants import JOINS_NATS
+from sstl_cli.diagnosis.constants import DECIDES_NATS, JOINS_NATS
 from sstl_cli.diagnosis.fit import first_theta, fit
 from sstl_cli.diagnosis.found import NOTHING
 from sstl_cli.diagnosis.records import prepare
@@ -208,6 +208,15 @@ def test_an_elasticity_that_a_simulator_has_may_have_changed():
     softer = positioned({}, per_kn=0.03, claimed=known)["tendon_elasticity"]
     assert softer.row().share > 0.9 and softer.row().evidence > 100.0
     assert softer.values["compliance_per_kn"] == pytest.approx(0.03, rel=0.05)
+
+
+def test_a_claim_that_is_off_by_as_much_as_laws_are_has_not_changed():
+    """Another simulator's tendon looked 6 % softer at 200 nats, and was named."""
+    known = {"tendon_elasticity": {"compliance_per_kn": 0.03}}
+    slightly, truly = (positioned({}, per_kn=c, claimed=known)["tendon_elasticity"] for c in (0.0315, 0.039))
+    assert slightly.gain > 50.0 and slightly.row().evidence < DECIDES_NATS
+    assert slightly.moved == pytest.approx(0.05, rel=0.2)
+    assert truly.row().evidence > JOINS_NATS
 
 
 def test_without_a_position_or_an_effect_of_it_there_is_no_gap():

@@ -7,6 +7,7 @@ from math import log, log10, sqrt
 
 import pytest
 
+from sstl_cli.diagnosis.evidence import discounted
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 from sstl_cli.diagnosis.verdict import (
@@ -29,7 +30,6 @@ from sstl_cli.diagnosis.verdict import (
     _with_faults,
     candidate_terms,
     decided,
-    discounted,
     inclusive,
     log_terms,
     probabilities,
