@@ -12,6 +12,7 @@ from sstl_cli.diagnosis.hearing import columns
 from sstl_cli.diagnosis.judged import Judged
 from sstl_cli.diagnosis.noise import floor_n, likely
 from sstl_cli.diagnosis.rounding import unrounded
+from sstl_cli.diagnosis.verdict import UNDECIDED
 from sstl_cli.diagnosis.whitening import Noise
 
 # two-sided 95 % of a normal distribution
@@ -68,10 +69,13 @@ def _analysed_n(g: Judged, noise: Noise) -> float:
 def _sensors(g: Judged) -> list[Noise]:
     """Return what the noise of the sensors may be: as likely as can be, or as measured where an accepted model's scatter is beside it.
 
-    The search takes what its first models leave for noise. Where the named model leaves less, that was no noise.
+    The search takes what its first models leave for noise. Where the named model leaves less, that was no noise, and none of it is
+    where the verdict is that no model explains it: there the readings alone say how noisy they are.
     """
     if g.problem.scatters:
         return [g.search.measured]
+    if g.verdict.status == UNDECIDED and g.search.read is not None:
+        return [g.search.noise, g.search.read]
     f = g.accepted
     if f is g.search.base:
         return [g.search.noise]

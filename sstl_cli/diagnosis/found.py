@@ -24,7 +24,10 @@ NOTHING = Hypothesis((), ())
 
 @dataclass(frozen=True)
 class Search:
-    """The fitted models of a diagnosis: the base, each effect by its hypotheses (best first), combinations, and what has no name."""
+    """The fitted models of a diagnosis: the base, each effect by its hypotheses (best first), combinations, and what has no name.
+
+    ``noise`` is the likeliest with what the models leave, ``measured`` what it starts from, ``read`` that by holds and readings alone.
+    """
 
     sim: Simulator
     noise: Noise
@@ -33,6 +36,7 @@ class Search:
     singles: dict[str, tuple[Weighed, ...]]
     combined: dict[tuple[str, ...], Weighed]
     nameless: tuple[Weighed, ...] = ()
+    read: Noise | None = None
 
     @cached_property
     def held_out(self) -> HeldOut:

@@ -102,7 +102,7 @@ def _begun(
     # beside an accepted model, whose noise is alike for all, a line does not rest
     rests = not sim.problem.scatters and sticking.rests(loud, predicted) > DECIDES_NATS
     sim = replace(sim, problem=replace(sim.problem, records=loud), rests=rests)
-    measured = noise_of.measured(loud, slide)
+    read = measured = noise_of.measured(loud, slide)
     if sim.problem.scatters:
         # what slides show beyond holds is the scatter of the accepted model, which is known
         noise = noise_of.white_only(measured)
@@ -112,7 +112,7 @@ def _begun(
             for f in rough[:LEADERS]
         ]
         sim, first, noise, measured = hearing.heard(sim, [first, *rich], measured)
-    return _first_round(Search(sim, noise, measured, settle(sim, noise, first), {}, {}), rough, chosen, workers)
+    return _first_round(Search(sim, noise, measured, settle(sim, noise, first), {}, {}, read=read), rough, chosen, workers)
 
 
 def _rough(

@@ -69,9 +69,10 @@ def _wandering(document: DiagnosisDocument, longer_s: float) -> list[str]:
 
 
 def _uncertain(verdict: Verdict) -> bool:
-    """Whether all effects together are likelier than that nothing is missing."""
+    """Whether all effects together are likelier than that nothing is missing, or such an answer is more often wrong than right."""
     nothing, unknown = verdict.probability_none, verdict.probability_unknown
-    return nothing is not None and nothing < 1.0 - nothing - (unknown or 0.0)
+    rather_not = verdict.confidence is not None and verdict.confidence < HALF
+    return rather_not or (nothing is not None and nothing < 1.0 - nothing - (unknown or 0.0))
 
 
 def _nameless(document: DiagnosisDocument) -> bool:

@@ -288,7 +288,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     p, slow = _wandering(rows, p)
 
     def say(status: str, effects: Ids, stated: float, group: tuple[Ids, ...], why: str) -> Verdict:
-        return Verdict(status, effects, _sure(status, stated, weights, prior), group, p, why)
+        return Verdict(status, effects, None if prior else weights.right(status, stated), group, p, why)
 
     ranked = sorted((k for k in p if k not in (NONE, UNKNOWN)), key=lambda k: (-p[k], k))
     named = sum(p[k] for k in ranked)
@@ -299,8 +299,10 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     # that it is one of a family the odds say; which of them it is, the evidence
     sure = sum(p[k] for k in family) if ranked else 0.0
     if first is not None and (takes <= LEAST_SHARE or strained(first)) and p[NONE] < max(p[UNKNOWN], named):
-        # what is no cause leaves its share to what has no name
-        return say(UNDECIDED, (), p[UNKNOWN] + sure, (), barred or slow or left(rows, top))
+        none, unknown = _released(p, sure, strained(first))
+        if none > max(unknown, named - sure):
+            return say(NOTHING, (), none, (), f"{partly(rows, top)}, and what is left looks like noise")
+        return say(UNDECIDED, (), unknown, (), barred or slow or left(rows, top))
     tied = _tied(standing(rows), top)
     # whoever leads, a set holds who is as evident, and who is probable
     rivalling = dict.fromkeys((*tied, *_set(ranked, p, weights.cover)))
@@ -331,6 +333,12 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     rivals = ", ".join(" + ".join(k) for k in group[1:])
     why += f"; not ruled out: {rivals}" if rivals else f", but {_runner_up(p)} is not ruled out"
     return say(AMBIGUOUS, top, sum(p[k] for k in group), group, why)
+
+
+def _released(p: Mapping[Ids, float], share: float, describes: bool) -> tuple[float, float]:
+    """Return the probabilities of nothing and of what has no name, with the share of what is no cause: as likely as they are, or all to the latter."""
+    nothing = 0.0 if describes else share * p[NONE] / max(p[NONE] + p[UNKNOWN], np.finfo(float).tiny)
+    return p[NONE] + nothing, p[UNKNOWN] + share - nothing
 
 
 def _family(top: Ids, p: Mapping[Ids, float]) -> tuple[Ids, ...]:
@@ -372,17 +380,6 @@ def _tied(rows: Rows, top: Ids) -> list[Ids]:
 
     others = [c for c in rows.named.candidates if c.kind == OUTPUT and not contains(c)]
     return [c.ids for c in others if c.evidence > best.evidence - DECIDES_NATS]
-
-
-def _sure(status: str, p: float, w: Weights, prior: Mapping[str, float] | None) -> float | None:
-    """Return the share of verdicts of a status with this probability that were right, None under a prior that nothing was tried with."""
-    if prior:
-        return None
-    told = w.reliability.get(status)
-    if not told:
-        return p
-    x, y = zip(*told, strict=True)
-    return float(np.interp(p, x, y))
 
 
 def _set(ranked: Sequence[Ids], p: Mapping[Ids, float], least: float) -> tuple[Ids, ...]:

@@ -12,6 +12,8 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Weights:
@@ -42,6 +44,14 @@ class Weights:
         """Inclusive ranges of the seeds of all cases that were learned from."""
         own = [(int(a), int(b)) for a, b in self.provenance.get("seeds", ())]
         return own if self.known is None else [*own, *self.known.seeds]
+
+    def right(self, status: str, p: float) -> float:
+        """Return the share of verdicts of a status with this probability that were right, the probability where nobody tried."""
+        told = self.reliability.get(status)
+        if not told:
+            return p
+        x, y = zip(*told, strict=True)
+        return float(np.interp(p, x, y))
 
 
 @cache

@@ -23,7 +23,6 @@ from sstl_cli.diagnosis.verdict import (
     _runner_up,
     _set,
     _sizeable,
-    _sure,
     _tied,
     _told,
     _wandering,
@@ -256,8 +255,9 @@ def test_families_sets_and_runners_up():
 
 def test_confidence_is_between_what_was_stated_and_what_was_right():
     w = weights(reliability={"none": ((0.2, 0.4), (0.6, 0.8))})
-    assert _sure("none", 0.3, w, None) == pytest.approx(0.5) and _sure("none", 0.9, w, {}) == pytest.approx(0.8)
-    assert _sure("identified", 0.3, w, None) == 0.3 and _sure("none", 0.3, w, {"slack": 1.0}) is None
+    assert w.right("none", 0.3) == pytest.approx(0.5) and w.right("none", 0.9) == pytest.approx(0.8)
+    assert w.right("identified", 0.3) == 0.3
+    assert decided(rows(), {NONE: 1.0, UNKNOWN: 0.0}, w, {"slack": 1.0}).confidence is None
 
 
 @pytest.mark.parametrize(("behind", "tied"), [(DECIDES - 0.01, True), (DECIDES + 0.01, False)])
@@ -311,8 +311,14 @@ def test_half_of_the_error_is_a_cause(share, status):
 
 def test_what_is_no_cause_leaves_its_share_to_what_has_no_name_but_where_nothing_is_likelier():
     c = row("viscous", share=0.0)
-    found = decided(rows(c), CLEAR, weights())
-    assert found.status == "unknown" and found.confidence == pytest.approx(0.9)
+    found = decided(rows(c), {("viscous",): 0.8, NONE: 0.05, UNKNOWN: 0.15}, weights())
+    assert found.status == "unknown" and found.confidence == pytest.approx(0.75)
+    # a sound bench with bristles was `unknown` for a candidate that brought it nowhere, at 0.39 for nothing and 0.21 for what has no name
+    found = decided(rows(c), {("viscous",): 0.4, NONE: 0.39, UNKNOWN: 0.21}, weights())
+    assert found.status == "none" and found.confidence == pytest.approx(0.65) and "looks like noise" in found.why
+    # several effects that describe a gap by sizes which none has do leave one
+    together = row("viscous", "slack", outside=2, strengths=2)
+    assert decided(rows(together), {together.ids: 0.4, NONE: 0.39, UNKNOWN: 0.21}, weights()).status == "unknown"
     quiet = {("viscous",): 0.3, NONE: 0.5, UNKNOWN: 0.2}
     assert decided(rows(c), quiet, weights()).status == "none"
     # as likely as all names together is no less likely

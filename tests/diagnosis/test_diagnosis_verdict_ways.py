@@ -123,7 +123,7 @@ WAYS = {
     "a part: the probable one explains less than half": (
         [seen("viscous", p=0.9, chi2=1.51)], 0.05, 0.05, "ambiguous", ("viscous",), (("viscous",),), 0.9),
     "unknown: the probable one comes no nearer": (
-        [seen("viscous", p=0.9, share=0.0, chi2=0.9)], 0.05, 0.05, "unknown", (), (), 0.95),
+        [seen("viscous", p=0.9, share=0.0, chi2=0.9)], 0.02, 0.08, "unknown", (), (), 0.8),
     "half explained is enough": (
         [seen("viscous", p=0.9, chi2=1.5)], 0.05, 0.05, "identified", ("viscous",), (("viscous",),), 0.9),
     "jumps are explained though nobody knows their moments": (
