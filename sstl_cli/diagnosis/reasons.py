@@ -8,6 +8,7 @@ from sstl_cli.diagnosis import nameless
 from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF, LEAST_SHARE, MOST_SIGMA
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, leading
+from sstl_cli.diagnosis.fit import Fit, jumping
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.physics.effects import catalogue, get
 
@@ -43,6 +44,12 @@ def _accounted(c: CandidateRow, rows: Rows) -> tuple[float, float]:
     """Return what a model leaves in units of the noise, and which part of what the base leaves so it takes off."""
     left = max(c.chi2 - 1.0, 0.0)
     return left, 1.0 - left / max(rows.log.base_chi2 - 1.0, left, 1e-9)
+
+
+def accounted_pct(f: Fit, rows: Rows) -> float | None:
+    """Return which part (per cent) of the squared error beyond the noise a mean over jumps carries with its scatter; None of other laws."""
+    row = next((c for c in rows.candidates if c.ids == f.ids), None)
+    return 100.0 * carried(row, rows) if row is not None and jumping(f) else None
 
 
 def averaged(c: CandidateRow) -> bool:

@@ -41,11 +41,11 @@ def sentence(document: DiagnosisDocument) -> str:
         others = rivals(verdict)
         if _nameless(document):
             more = f", from {_listed(others)}" if others else ""
-            return f"{_much(gap, verdict.effects)} may come from {names}{more}, or from something that has no name here{sure}."
+            return f"{_much(gap)} may come from {names}{more}, or from something that has no name here{sure}."
         them = "it" if len(others) == 1 else "them"
         others_too = f", or from {_listed(others)}: this data does not rule {them} out" if others else ", but that is not certain"
-        return f"{_much(gap, verdict.effects)} comes most likely from {names}{others_too}{sure}."
-    return f"{_much(gap, verdict.effects)} comes from {names}{sure}."
+        return f"{_much(gap)} comes most likely from {names}{others_too}{sure}."
+    return f"{_much(gap)} comes from {names}{sure}."
 
 
 def _slow(document: DiagnosisDocument) -> str:
@@ -89,13 +89,16 @@ def _moved(analysis: Analysis) -> str:
     return _listed(said) or "by less than one per cent"
 
 
-def _much(gap: Gap, effects: Sequence[str]) -> str:
-    """Return how the sentence begins: what explains less than half of what can be explained is not where the gap comes from."""
-    share = gap.explained_of_reducible_pct
+def _much(gap: Gap) -> str:
+    """Return how the sentence begins: what explains less than half of what can be explained is not where the gap comes from.
+
+    Of jumps the mean alone is foretold; they are its cause where they account for the rest.
+    """
+    share, accounted = gap.explained_of_reducible_pct, gap.accounted_pct
     if share is None or share >= 100.0 * HALF:
         return "The gap"
-    if any(catalogue()[i].averaged for i in effects):
-        return "The gap, jumps at moments that nobody can foretell,"
+    if accounted is not None and accounted >= 100.0 * HALF:
+        return f"{accounted:.0f} % of the gap (squared, beyond the noise, with jumps at moments that nobody can foretell)"
     return f"A part of the gap ({share:.0f} % of the error above the noise floor)" if share >= 0.5 else "Next to nothing of the gap"
 
 

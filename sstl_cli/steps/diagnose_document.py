@@ -23,7 +23,7 @@ from sstl_cli.core.documents.diagnosis import (
     Verdict,
 )
 from sstl_cli.core.groups import ANALYSED, RECORDED
-from sstl_cli.diagnosis import bends, by_run, following, gap, limit, planning, recorded, scaling, sentence, simple, where
+from sstl_cli.diagnosis import bends, by_run, following, gap, limit, planning, reasons, recorded, scaling, sentence, simple, where
 from sstl_cli.diagnosis.compared import compared, only_beside
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect
@@ -158,6 +158,7 @@ def _gap(g: Given, found: gap.Sizes) -> Gap:
         shrink_why=_no_interval(named, g.fault) if interval is None else None,
         explained_of_reducible_pct=found.explained_pct,
         explained_scale="error (RMSE) above the noise floor",
+        accounted_pct=reasons.accounted_pct(g.accepted, g.rows),
         samples=ANALYSED if g.fault is None else RECORDED,
         held_out=g.search.held_out.folds.honest and g.fault is None and g.accepted.hypothesis.foretold,
         held_out_kind=g.search.held_out.folds.kind if g.accepted.hypothesis.foretold else by_run.OWN,

@@ -10,8 +10,9 @@ import pytest
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.found import Search
-from sstl_cli.diagnosis.reasons import also, carried, explained, left, nearer, only_scatters, partly, strained, without_name
+from sstl_cli.diagnosis.reasons import accounted_pct, also, carried, explained, left, nearer, only_scatters, partly, strained, without_name
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
+from sstl_cli.physics.effects import get
 
 LOG = LogRow(5000, 1, 2, 3.0, 9.0, 9.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.1, 1.0, 1.0)
 ROW = CandidateRow(("viscous",), OUTPUT, 1, 90.0, 80.0, 80.0, 1.5, 2.0, 1.0, 0, 1.0, 0.7)
@@ -47,6 +48,20 @@ def test_where_the_output_is_seen_to_jump_a_mean_over_jumps_accounts_for_what_it
     assert carried(jumps, doubtful) == 0.0 and only_scatters(jumps, doubtful)
     # what leaves more than the noise is asked for what it foretells, and other laws have to be nearer
     assert carried(replace(jumps, chi2=2.5, held=0.1), seen) == 0.1 and carried(replace(ROW, share=0.0), seen) == 0.0
+
+
+def test_what_jumps_account_for_is_told_of_the_law_that_is_their_mean_alone():
+    jumps = replace(ROW, ids=("stick_slip",), share=0.1, chi2=1.5)
+    rows = replace(ROWS, candidates=(ROW, jumps))
+
+    def fitted(effect, parameter):
+        found = get(effect)
+        return SimpleNamespace(ids=(effect,), free=[SimpleNamespace(effect=found, parameter=found.parameter(parameter))])
+
+    # the base leaves 2 beyond the noise, the mean with its scatter a half
+    assert accounted_pct(fitted("stick_slip", "mean_ratio"), rows) == pytest.approx(75.0)
+    assert accounted_pct(fitted("stick_slip", "ratio"), rows) is None and accounted_pct(fitted("viscous", "c_l_n_s_per_mm"), rows) is None
+    assert accounted_pct(fitted("stick_slip", "mean_ratio"), ROWS) is None
 
 
 def test_several_effects_of_which_no_size_is_usual_are_strained():

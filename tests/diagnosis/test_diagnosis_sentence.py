@@ -79,6 +79,23 @@ def test_what_explains_less_than_half_is_not_where_the_gap_comes_from(share, beg
     assert sentence(found).startswith(begins.replace("comes", "comes most likely"))
 
 
+@pytest.mark.parametrize(
+    ("accounted", "begins"),
+    [
+        (87.4, "87 % of the gap (squared, beyond the noise, with jumps at moments that nobody can foretell) comes from stick-slip"),
+        (50.0, "50 % of the gap (squared, beyond the noise, with jumps"),
+        (49.9, "A part of the gap (20 % of the error above the noise floor) comes from stick-slip"),
+        (None, "A part of the gap (20 % of the error above the noise floor) comes from stick-slip"),
+    ],
+)
+def test_jumps_are_said_to_be_the_gap_only_as_far_as_they_account_for_it(accounted, begins):
+    found = document(effects=("stick_slip",))
+    found["gap"] = {**GAP, "explained_of_reducible_pct": 20.0, "accounted_pct": accounted}
+    assert sentence(found).startswith(begins)
+    found["gap"]["explained_of_reducible_pct"] = 60.0
+    assert sentence(found).startswith("The gap comes from stick-slip")
+
+
 def test_what_has_no_name_is_said_where_it_is_likelier_than_any_candidate():
     likely = {"id": "viscous", "probability": 0.4, "rmse_held_out_n": None, "shrink_pct": None, "parameters": [], "identifiability": "weak"}
     for unknown, begins in ((0.3, "The gap comes most likely from"), (0.5, "The gap may come from")):

@@ -93,6 +93,11 @@ class Gap(Part):
     shrink_why: str | None = Field(default=None, description="why the interval is null")
     explained_of_reducible_pct: float | None
     explained_scale: str | None = Field(default=None, description="what explained_of_reducible_pct is of")
+    accounted_pct: float | None = Field(
+        default=None,
+        description="share of the squared error beyond the noise that the named effects account for, where they are jumps of which only the mean "
+        "can be foretold; null of other effects",
+    )
     samples: str | None = Field(default=None, description="what the errors are of: analysed samples, all, or a channel beside")
     held_out: bool
     held_out_kind: str | None = Field(
