@@ -6,6 +6,7 @@ import base64
 import html
 import io
 import json
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from os import PathLike
@@ -15,9 +16,11 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from sstl_cli.api.log import Log
+from sstl_cli.core.aside import kept_apart, open_ledger
 from sstl_cli.core.documents.diagnosis import DiagnosisDocument, Gap, Verdict
 from sstl_cli.core.files import dumps, write_text
 from sstl_cli.core.provenance import inputs_of
+from sstl_cli.core.runs import Run, few_short
 from sstl_cli.physics.scenario import Scenario, load
 from sstl_cli.physics.scenario_file import dump
 from sstl_cli.reporting import drawing
@@ -181,7 +184,7 @@ def diagnose(
     Parameters
     ----------
     log : Log
-        Recorded ``act`` and/or ``sstl`` runs.
+        Recorded ``act`` and/or ``sstl`` runs; of more than 1000 with fewer than 16 samples only the first 1000 are looked at.
     sim : str, path or Scenario, optional
         The simulator: a scenario file or name, or the model of another diagnosis (the physical base by default).
     against : Log, optional
@@ -232,15 +235,25 @@ def diagnose(
         odd_runs=True,
         max_seconds=max_seconds,
     )
-    runs = list(log.runs)
+    runs = _looked_at(log)
     if against is not None:
         from sstl_cli.physics.rebased import rebase
 
-        runs = rebase(runs, against.runs)
-    result = diagnose_tendons.run(runs, options, earlier=None if before is None else before.runs)
+        runs = rebase(runs, _looked_at(against))
+    result = diagnose_tendons.run(runs, options, earlier=None if before is None else _looked_at(before))
     files = [Path(sim)] if sim is not None and not isinstance(sim, Scenario) and Path(sim).is_file() else []
     read = [other.inputs for other in (log, against, before) if other is not None]
     inputs = {name: digest for known in (*read, inputs_of(files)) for name, digest in known.items()}
     # as JSON holds it: what is no number is null there
     document = DiagnosisDocument.model_validate_json(dumps(result.body.model_copy(update={"inputs": inputs}).plain()))
     return Diagnosis(log, document, result.bare(), result.model, "" if result.given.trajectories else diagnose_movements.SAID)
+
+
+def _looked_at(log: Log) -> list[Run]:
+    """Return the runs of a log that a diagnosis looks at, as the command does; one line warns of the others."""
+    with kept_apart():
+        book = open_ledger()
+        runs = list(few_short(log.runs))
+    if book.entries:
+        warnings.warn(f"set aside: {book.brief()}", stacklevel=3)
+    return runs

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from matplotlib.figure import Figure
 from program import inside
 
 import sstl_cli as sstl
-from sstl_cli.core.documents.diagnosis import NextExperiment
+from sstl_cli.core.documents.diagnosis import NextExperiment, Verdict
 from sstl_cli.core.errors import SstlError
 from sstl_cli.reporting import drawing
 from sstl_cli.reporting.load import load
@@ -167,6 +168,21 @@ def test_what_a_diagnosis_is_asked_beside_the_log(folder: Path) -> None:
     for wrong in ({"pulley_frictoin": 2.0}, {"viscous": -1.0}):
         with pytest.raises(SstlError):
             sstl.diagnose(log, **asked, prior=wrong)
+
+
+def test_of_many_runs_that_are_too_short_a_diagnosis_looks_at_as_many_as_the_program(monkeypatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("sstl_cli.core.runs.LISTED", 3)
+    log = sstl.read(SAMPLE)
+    short = [replace(log.runs[0].cut(slice(0, 5)), run_id=f"short-{i}") for i in range(9)]
+    sstl.Log((*log.runs[:2], *short)).write(tmp_path / "log.parquet")
+    with pytest.warns(UserWarning, match="run short-3: .* and 5 more") as told_of:
+        found = sstl.diagnose(sstl.read(tmp_path / "log.parquet"), effects=["pulley_friction"], max_effects=1)
+    assert len([w for w in told_of if "short-" in str(w.message)]) == 1
+    done = inside("diagnose", tmp_path / "log.parquet", "--effects", "pulley_friction", "--max-effects", 1, "--json")
+    there = json.loads(done.stdout)
+    assert done.returncode == 3 and len(there["data_set_aside"]) == 6
+    assert sorted(there["analysis"]["set_aside"]) == ["short-0", "short-1", "short-2"]
+    assert found.to_dict()["analysis"] == there["analysis"] and found.verdict.model_dump() == Verdict(**there["verdict"]).model_dump()
 
 
 def test_nothing_has_changed_since_a_log_of_the_same_rig(named: sstl.Diagnosis) -> None:
