@@ -46,20 +46,30 @@ def scaled(runs: Sequence[Run], unit_n: float) -> list[Run]:
     ]
 
 
+def unit_factor(unit: str | None, unit_n: float) -> float:
+    """Return how many of the recording's are one of the scaled fit, of a quantity with a unit."""
+    return unit_n ** POWERS.get(unit or "", 0)
+
+
 def parameter(value: float, unit: str, unit_n: float) -> float:
     """Return a parameter of the scaled fit in the units of the recording."""
-    return value * unit_n ** POWERS.get(unit, 0)
+    return value * unit_factor(unit, unit_n)
 
 
 def in_recording(effect_id: str, values: Mapping[str, float], unit_n: float) -> dict[str, float]:
     """Return the parameters of an effect of the scaled fit in the units of the recording."""
-    return {k: parameter(v, get(effect_id).parameter(k).unit, unit_n) for k, v in values.items()}
+    return {k: v * own for k, v, own in _with_factors(effect_id, values, unit_n)}
 
 
 def effects(simulator: Scenario, unit_n: float) -> dict[str, dict[str, float]]:
     """Return the effects of a simulator, given in the units of the recording, in those of the scaled fit."""
-    units = {e: {p.name: p.unit for p in get(e).parameters} for e in simulator.effects}
-    return {e: {k: x / unit_n ** POWERS.get(units[e][k], 0) for k, x in v.items()} for e, v in simulator.effects.items()}
+    return {e: {k: v / own for k, v, own in _with_factors(e, values, unit_n)} for e, values in simulator.effects.items()}
+
+
+def _with_factors(effect_id: str, values: Mapping[str, float], unit_n: float) -> list[tuple[str, float, float]]:
+    """Return the parameters of an effect by name, each with the factor between the scaled fit and the recording."""
+    effect = get(effect_id)
+    return [(k, v, unit_factor(effect.parameter(k).unit, unit_n)) for k, v in values.items()]
 
 
 def mechanics(simulator: Scenario, unit_n: float) -> Mechanics:
@@ -97,7 +107,7 @@ class Units:
             The system that it is of; what is of several goes by the typical scale.
         """
         if quantity is Quantity.OWN:
-            return self.unit_n ** POWERS.get(unit or "", 0), 0.0
+            return unit_factor(unit, self.unit_n), 0.0
         if quantity is Quantity.INPUT or self.output is None:
             return self.unit_n, 0.0
         factor = self.unit_n * self.output.per_n.get(system or "", self.output.typical)

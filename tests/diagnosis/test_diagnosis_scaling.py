@@ -25,6 +25,7 @@ from sstl_cli.diagnosis import scaling
 from sstl_cli.diagnosis.scale import Scale
 from sstl_cli.diagnosis.scaling import Units, in_proportion, mechanics, parameter, restored, scaled, unit_of
 from sstl_cli.physics.effect import FORCE_UNITS
+from sstl_cli.physics.effects import catalogue
 from sstl_cli.physics.scenario import Scenario
 
 NOTHING_KNOWN = {"shrink_pct": None, "shrink_ci95_pct": None, "explained_of_reducible_pct": None, "held_out": True}
@@ -147,6 +148,15 @@ def test_effects_of_a_simulator_are_brought_to_the_unit_and_back():
     assert found["gain_error"] == {"g_act": 1.1} and parameter(
         found["tendon_elasticity"]["compliance_per_kn"], "1/kN", 50.0
     ) == pytest.approx(0.01)
+
+
+def test_every_parameter_goes_to_the_unit_of_the_fit_and_back_by_one_factor():
+    there = {e.id: {p.name: p.high for p in e.parameters} for e in catalogue().values()}
+    # a power of two: nothing is lost by dividing
+    found = scaling.effects(Scenario.model_construct(effects=there), 64.0)
+    assert {e: scaling.in_recording(e, values, 64.0) for e, values in found.items()} == there
+    moved = {e.parameter(k).unit for e in catalogue().values() for k, v in found[e.id].items() if v != there[e.id][k]}
+    assert moved == {p.unit for e in catalogue().values() for p in e.parameters if p.unit in scaling.POWERS and p.high}
 
 
 def test_a_proposed_movement_keeps_its_tensions_beside_the_factor_that_says_their_unit():
