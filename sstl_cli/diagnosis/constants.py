@@ -336,8 +336,6 @@ REPEATABLE = 0.995
 # a movement that has to be slowed down to last longer than this is none (s); so many tries, each a little slower than asked for
 LONGEST_S = 1200.0
 SLOWINGS, SLOWER = 4, 0.98
-# a scenario takes no larger tension (N)
-MOST_N = 1000.0
 # digits of tensions (N), angles (rad) and rates (Hz) in a plan
 TENSION_DIGITS, ANGLE_DIGITS, RATE_DIGITS = 3, 4, 6
 # sampling and stroke of the controller's task; its period is that of the sinusoid to be tracked, so that friction at speed is

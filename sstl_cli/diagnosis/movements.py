@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from sstl_cli.diagnosis.constants import FASTEST_HZ, MOST_N
+from sstl_cli.diagnosis.constants import FASTEST_HZ
 from sstl_cli.diagnosis.following import recorded_n
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.physics.effects import get
-from sstl_cli.physics.scenario import Scenario, Trajectory, load
+from sstl_cli.physics.scenario import HIGHEST_N, Scenario, Trajectory, load
 
 
 def with_movements(scenario: Scenario, problem: Problem) -> Scenario:
@@ -42,5 +42,5 @@ def with_movements(scenario: Scenario, problem: Problem) -> Scenario:
 def _range_n(problem: Problem, system: str) -> tuple[float, float]:
     """Return lowest and highest input tension of a system in the recording's unit, as far as a scenario takes them."""
     low, most = (problem.unit_n * end for end in recorded_n(problem, system))
-    high = float(f"{min(most, MOST_N):.3g}")
+    high = float(f"{min(most, HIGHEST_N):.3g}")
     return float(f"{min(low, 0.5 * high):.3g}"), high

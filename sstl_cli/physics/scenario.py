@@ -15,6 +15,8 @@ from sstl_cli.physics.effects import get
 
 System = Literal["act", "sstl"]
 Positive = Annotated[float, Field(gt=0)]
+# the largest tension of a movement (N)
+HIGHEST_N = 1000.0
 
 
 class RigSection(Model):
@@ -81,8 +83,8 @@ class Trajectory(Model):
     label: str | None = None
     systems: tuple[System, ...] = ("act", "sstl")
     duration_s: Annotated[float, Field(gt=0, le=1e6)] | None = None
-    low_n: Annotated[float, Field(ge=0, le=1000)] | None = None
-    high_n: Annotated[float, Field(gt=0, le=1000)] | None = None
+    low_n: Annotated[float, Field(ge=0, le=HIGHEST_N)] | None = None
+    high_n: Annotated[float, Field(gt=0, le=HIGHEST_N)] | None = None
     frequency_hz: Positive | None = None
     top_frequency_hz: Positive | None = None
     speed: Positive = 1.0

@@ -257,6 +257,10 @@ def test_a_scenario_takes_a_thousand_newtons_at_most():
     assert movements._range_n(SimpleNamespace(**{**vars(problem), "unit_n": 1.23456}), "act") == (3.7, 49.4)
     flat = SimpleNamespace(unit_n=50.0, records=(SimpleNamespace(system="act", u=np.array([39.0, 40.0])),), systems=("act",))
     assert movements._range_n(flat, "act") == (500.0, 1000.0)
+    Trajectory(kind="sinusoid", low_n=500.0, high_n=1000.0)
+    for end in ("low_n", "high_n"):
+        with pytest.raises(ValueError, match="less than or equal to 1000"):
+            Trajectory(kind="sinusoid", **{end: 1000.1})
 
 
 def test_the_task_of_the_controller_is_a_full_stroke_in_a_hundred_seconds():
