@@ -13,6 +13,7 @@ from sstl_cli.cli.options import Config, Force, Json, Seed
 
 if TYPE_CHECKING:
     from sstl_cli.control.controller import Options
+    from sstl_cli.steps.compensate_source import Source
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +54,7 @@ class Job:
     asked: Asked
     source: Path
     methods: list[str]
+    stored: Source | None
     options: Options
 
     @property

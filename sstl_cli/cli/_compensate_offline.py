@@ -77,7 +77,7 @@ def _plan(screen: Screen, job: Job) -> Plan:
     from sstl_cli.steps import compensate_setup as setup
 
     asked = job.asked
-    cases, aside = shared.load_cases(job.source, asked.model, asked.biases, asked.config_id)
+    cases, aside = shared.load_cases(job.source, job.stored, asked.model, asked.biases, asked.config_id)
     truth = cases if asked.plant is None else step.cases_of(open_table(asked.plant, THETA).table())[0]
     scenario = load(job.plant_sim) if job.plant_sim is not None else None
     screen.note_versions(scenario and scenario.package_version, "the plant")

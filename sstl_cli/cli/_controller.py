@@ -11,6 +11,7 @@ import typer
 if TYPE_CHECKING:
     from sstl_cli.control.controller import Options
     from sstl_cli.steps.compensate import Case
+    from sstl_cli.steps.compensate_source import Source
 
 # None means "not given": then the value stored in a parameter file holds, or the default
 TMax = Annotated[float | None, typer.Option(help="Largest command in N (default 80).")]
@@ -56,7 +57,14 @@ class Settings:
     dt: Period = None
 
 
-def controller_options(source: Path, given: Settings) -> Options:
+def stored_in(path: Path) -> Source | None:
+    """Return what a parameter file holds; None of a table or a simulator, which has no options and is read when its lines are asked for."""
+    from sstl_cli.steps.compensate_source import source_of
+
+    return source_of(path) if path.suffix == ".json" else None
+
+
+def controller_options(stored: Source | None, given: Settings) -> Options:
     """Return the options of the controller: as given, else as stored in a parameter file, else the defaults.
 
     Raises
@@ -68,9 +76,7 @@ def controller_options(source: Path, given: Settings) -> Options:
     from sstl_cli.control.controller import Options
     from sstl_cli.core.config import parse
     from sstl_cli.core.errors import SstlError, UsageError
-    from sstl_cli.steps.compensate_source import source_of
 
-    stored = source_of(source).options if source.suffix == ".json" else Options()
     named = {
         "t_max_n": given.t_max,
         "max_rate_n_s": given.max_rate,
@@ -81,7 +87,7 @@ def controller_options(source: Path, given: Settings) -> Options:
         "doubled": given.doubled,
         "dt_s": given.dt,
     }
-    values = {**stored.model_dump(), **{k: v for k, v in named.items() if v is not None}}
+    values = {**(stored.options if stored is not None else Options()).model_dump(), **{k: v for k, v in named.items() if v is not None}}
     if values["reversal"] == "paper":
         refuse("--reversal paper", ("--presliding",), "add --reversal play, or leave it out")
     try:
@@ -90,8 +96,10 @@ def controller_options(source: Path, given: Settings) -> Options:
         raise UsageError(error.what, where=error.where, code="E403") from None
 
 
-def load_cases(path: Path, model: Path | None, biases: Biases, config_id: str | None) -> tuple[list[Case], dict[str, str]]:
-    """Return the configurations of a Theta table or of a simulator, mapped where a model is given, and what was set aside."""
+def load_cases(
+    path: Path, stored: Source | None, model: Path | None, biases: Biases, config_id: str | None
+) -> tuple[list[Case], dict[str, str]]:
+    """Return the configurations of a source (``stored``: as it was read already), mapped where a model is given, and what was set aside."""
     from sstl_cli.cli.origin import refuse
     from sstl_cli.core.parquet import open_table
     from sstl_cli.core.tables import THETA
@@ -101,7 +109,7 @@ def load_cases(path: Path, model: Path | None, biases: Biases, config_id: str | 
 
     if model is None:
         refuse("a call without --model", OF_BIASES, "give the mapping, or leave it out: identified lines have biases of their own")
-    source = source_of(path)
+    source = source_of(path) if stored is None else stored
     mapping, known = None, None
     if model is not None and source.cases:
         from sstl_cli.mapping import load_model

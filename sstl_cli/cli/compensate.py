@@ -37,7 +37,8 @@ def compensate(asked: Asked) -> None:
     methods = _methods(asked.methods)
     _check_references(asked.reference or [])
     source = _source(asked.theta, asked.sim)
-    job = Job(asked, source, methods, shared.controller_options(source, asked.settings))
+    stored = shared.stored_in(source)
+    job = Job(asked, source, methods, stored, shared.controller_options(stored, asked.settings))
     if asked.stream:
         refuse("a stream", ("--cycles", "--loop-tau", "--mape-floor"))
         forbid_with_stream(
@@ -122,7 +123,7 @@ def _stream(job: Job) -> None:
     from sstl_cli.core.errors import UsageError, printable
 
     asked, options = job.asked, job.options
-    cases, _ = shared.load_cases(job.source, asked.model, asked.biases, asked.config_id)
+    cases, _ = shared.load_cases(job.source, job.stored, asked.model, asked.biases, asked.config_id)
     case = cases[parameters_index(cases, asked.config_id)]
     if job.insist and len(job.methods) != 1:
         raise UsageError("a stream runs one method", where="--methods", fix="give one", code="E413")

@@ -115,8 +115,9 @@ def _controller(screen: Screen, asked: Asked) -> NoReturn:
     from sstl_cli.steps import export_controller as step
 
     source = asked.source
-    options = shared.controller_options(source, asked.settings)
-    cases, aside = shared.load_cases(source, asked.model, asked.biases, asked.config_id)
+    stored = shared.stored_in(source)
+    options = shared.controller_options(stored, asked.settings)
+    cases, aside = shared.load_cases(source, stored, asked.model, asked.biases, asked.config_id)
     found = step.controllers(cases, aside, asked.method, options)
     lines, aside = found.lines, found.set_aside
     if asked.format_ == "json":

@@ -14,6 +14,7 @@ from helpers_control import TABLE_II, paper_controller, play, theta_row, write_t
 
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import Run, write_runs
+from sstl_cli.steps import compensate_source
 
 SSTL_LINES = (0.271, 0.033, 3.314, 4.366)
 
@@ -22,6 +23,23 @@ SSTL_LINES = (0.271, 0.033, 3.314, 4.366)
 def theta(tmp_path):
     rows = [theta_row("a", "CP-1", "act", TABLE_II), theta_row("b", "CP-1", "sstl", SSTL_LINES)]
     return write_theta(tmp_path / "theta.parquet", rows)
+
+
+def test_a_parameter_file_is_read_once_for_its_options_and_its_lines(sstl, theta, tmp_path, monkeypatch):
+    stored, out = tmp_path / "stored.json", tmp_path / "c.parquet"
+    assert sstl("export", theta, "--format", "json", "--t-max", "33", "--out", stored)[0] == 0
+    read, seen = compensate_source.read_json, []
+
+    def counted(path, schema):
+        seen.append(path)
+        return read(path, schema)
+
+    monkeypatch.setattr(compensate_source, "read_json", counted)
+    for words in (("compensate", "--theta", stored, "--out", out), ("export", stored, "--format", "c", "--out", tmp_path / "c")):
+        seen.clear()
+        code, _, err = sstl(*words)
+        assert code == 0 and seen == [stored], err
+    assert pq.read_table(out).to_pandas()["tension_cmd_n"].max() <= 33.0
 
 
 def test_scores_commands_and_json_agree(sstl, theta, tmp_path):
