@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import Any
 
+from sstl_cli.blind.result import Result
 from sstl_cli.blind.truth import CaseTruth
 from sstl_cli.core.documents.blind import Share
 from sstl_cli.core.groups import spelled_out
@@ -101,23 +101,22 @@ class Judged:
         return self.status
 
 
-def judge(case: str, truth: CaseTruth, result: Mapping[str, Any], realised_pct: float | None) -> Judged:
+def judge(case: str, truth: CaseTruth, result: Result, realised_pct: float | None) -> Judged:
     """Return a case with its verdict, from a result file of ``blind run``."""
-    document = result["diagnosis"]
-    said, gap = document["verdict"], document["gap"]
-    named = said["status"] in NAMED
+    found, said = result.diagnosis, result.diagnosis.verdict
+    named = said.status in NAMED
     return Judged(
         case,
         truth,
-        said["status"],
-        tuple(said["effects"]),
-        spelled_out(said),
-        None if said["confidence"] is None else float(said["confidence"]),
-        float(result["seconds"]),
-        dict(document.get("baselines", {})),
-        gap["shrink_pct"] if named else None,
+        said.status,
+        tuple(said.effects),
+        spelled_out(said.ambiguity_group, said.members),
+        said.confidence,
+        result.seconds,
+        found.baselines,
+        found.gap.shrink_pct if named else None,
         realised_pct if named else None,
-        (document.get("analysis") or {}).get("samples") or 0,
+        found.analysis.samples if found.analysis is not None else 0,
     )
 
 

@@ -13,6 +13,7 @@ from sstl_cli.core.processes import processes
 
 if TYPE_CHECKING:
     from sstl_cli.blind.cases import Case
+    from sstl_cli.blind.result import Result
     from sstl_cli.blind.seal import Planned, Truth
     from sstl_cli.blind.truth import CaseTruth
     from sstl_cli.core.documents.blind import BlindLimitDocument, BlindMakeDocument, CaseDistance
@@ -200,8 +201,10 @@ def check_log(folder: Folder, case: str, asked: Planned) -> None:
         raise SstlError("recording differs from the planned one", where=str(path), fix="make the set again", code="E952")
 
 
-def finished(folder: Folder, case: str, asked: Planned) -> Mapping[str, Any] | None:
+def finished(folder: Folder, case: str, asked: Planned) -> Result | None:
     """Return the result of a case if it is there and answers this recording and these options."""
+    from sstl_cli.blind.result import Result
+    from sstl_cli.core.config import parse
     from sstl_cli.core.errors import SstlError
     from sstl_cli.core.files import read_json
     from sstl_cli.steps.blind_run import SCHEMA
@@ -209,10 +212,10 @@ def finished(folder: Folder, case: str, asked: Planned) -> Mapping[str, Any] | N
     if not folder.result(case).exists():
         return None
     try:
-        result: Mapping[str, Any] = read_json(folder.result(case), SCHEMA)
+        result = parse(Result, read_json(folder.result(case), SCHEMA), case)
     except SstlError:
         return None
-    same = result.get("log_sha256") == asked.sha256 and result.get("exclude") == list(asked.exclude)
+    same = result.log_sha256 == asked.sha256 and result.exclude == list(asked.exclude)
     return result if same else None
 
 

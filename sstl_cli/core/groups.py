@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -12,17 +12,16 @@ if TYPE_CHECKING:
 ANALYSED, RECORDED = "analysed", "all as recorded"
 
 
-def spelled_out(verdict: Mapping[str, Any]) -> tuple[str, ...]:
+def spelled_out(group: Iterable[str], members: Mapping[str, Sequence[str]] | None) -> tuple[str, ...]:
     """Return the effects of an ambiguity group, classes replaced by their members.
 
     Examples
     --------
-    >>> spelled_out({"ambiguity_group": ["a", "lag: b | c"], "members": {"lag: b | c": ["b", "c"]}})
+    >>> spelled_out(["a", "lag: b | c"], {"lag: b | c": ["b", "c"]})
     ('a', 'b', 'c')
     """
-    members = verdict.get("members")
-    known = members if isinstance(members, Mapping) else {}
-    return tuple(dict.fromkeys(i for e in verdict.get("ambiguity_group") or [] for i in known.get(e, [e])))
+    known = members or {}
+    return tuple(dict.fromkeys(i for e in group for i in known.get(e, [e])))
 
 
 def of_samples(candidates: Iterable[Any]) -> list[tuple[str, list[str]]]:
@@ -71,5 +70,5 @@ def rivals(verdict: Verdict) -> list[str]:
     """
     own = set(verdict.effects)
     if verdict.causes is None:
-        return [e for e in spelled_out(verdict.plain()) if e not in own]
+        return [e for e in spelled_out(verdict.ambiguity_group, verdict.members) if e not in own]
     return [" + ".join(c) for c in verdict.causes if set(c) != own]

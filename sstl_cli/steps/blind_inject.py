@@ -87,7 +87,7 @@ def _row(log: str, known: bool, put: Injection | None, said: DiagnosisDocument) 
         decidable=None,
         close=None,
         named=put is not None and committed and effects == [put.effect],
-        in_group=put is not None and put.effect in {*effects, *spelled_out(verdict.plain())},
+        in_group=put is not None and put.effect in {*effects, *spelled_out(verdict.ambiguity_group, verdict.members)},
         wrong=committed and (put is None or put.effect not in effects),
     )
     own = None if put is None else next((c for c in said.candidates if c.id == put.effect), None)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from sstl_cli.blind import accepted
 from sstl_cli.blind.retune import Pair, gap_n, play
 from sstl_cli.blind.strength import direction, find_scale
 from sstl_cli.core.documents.blind_real import BlindRealDocument, Trial
-from sstl_cli.core.documents.diagnosis import Verdict
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument
 from sstl_cli.core.errors import SstlError, UsageError
 from sstl_cli.core.groups import spelled_out
 from sstl_cli.core.rng import stream
@@ -75,7 +74,7 @@ def run(
         runs=len(runs),
         samples=sum(len(r) for r in runs),
         accepted={k: dict(v) for k, v in terms.items()},
-        verdict=None if first is None else Verdict(**first["verdict"]),
+        verdict=None if first is None else first.verdict,
         residual_rms_n=residual,
         trials=rows,
         named=sum(r.named for r in held),
@@ -107,18 +106,18 @@ def _trial(origin: str, effect_id: str, full: Scenario, model: Scenario, runs: S
     return _row(origin, effect_id, diagnoser(made, without, ())[0]).model_copy(update={"values": dict(full.effects[effect_id])})
 
 
-def _row(origin: str, effect_id: str | None, document: Mapping[str, Any]) -> Trial:
-    verdict = document["verdict"]
-    effects, group = list(verdict["effects"]), list(spelled_out(verdict))
-    committed = verdict["status"] == "identified"
+def _row(origin: str, effect_id: str | None, document: DiagnosisDocument) -> Trial:
+    verdict = document.verdict
+    effects, group = list(verdict.effects), list(spelled_out(verdict.ambiguity_group, verdict.members))
+    committed = verdict.status == "identified"
     return Trial(
         origin=origin,
         taken_out=effect_id,
-        status=verdict["status"],
+        status=verdict.status,
         effects=effects,
         ambiguity_group=group,
-        confidence=verdict["confidence"],
-        shrink_pct=document["gap"]["shrink_pct"],
+        confidence=verdict.confidence,
+        shrink_pct=document.gap.shrink_pct,
         named=committed and effects == [effect_id],
         in_group=effect_id is not None and effect_id in {*effects, *group},
         wrong=committed and any(e != effect_id for e in effects),

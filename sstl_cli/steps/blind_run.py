@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 from sstl_cli.blind import kept
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.features import Rows
@@ -22,7 +23,7 @@ DRAWN = ("loops",)
 class Answer(NamedTuple):
     """A diagnosis as its document, the accepted simulator and the rows that the verdict was made from, None where there are none."""
 
-    document: Mapping[str, Any]
+    document: DiagnosisDocument
     model: Scenario | None
     rows: Rows | None = None
 
@@ -34,7 +35,7 @@ def diagnose(runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...]) -> An
     # who records the position wants it explained
     position = any(r.position_in_mm is not None for r in runs)
     found = step.run(list(runs), step.DiagnoseOptions(sim=sim, exclude=exclude, workers=1, position=position))
-    return Answer(found.document(), found.bare(), found.evidence.rows)
+    return Answer(found.body, found.bare(), found.evidence.rows)
 
 
 def run(case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...], diagnoser: Diagnoser = diagnose) -> dict[str, object]:
@@ -50,10 +51,11 @@ def run(case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...],
     started = time.perf_counter()
     error = None
     try:
-        document, model, rows = Answer(*diagnoser(runs, sim, exclude))
+        found, model, rows = Answer(*diagnoser(runs, sim, exclude))
+        document = found.plain()
     except SstlError as failure:
         error = failure.line()
-        document, model, rows = Answer(failed(error), None)
+        document, model, rows = failed(error), None, None
     seconds = time.perf_counter() - started
     return {
         "schema": SCHEMA,
@@ -66,7 +68,7 @@ def run(case: str, runs: Sequence[Run], sim: Scenario, exclude: tuple[str, ...],
     }
 
 
-def failed(why: str) -> Mapping[str, Any]:
+def failed(why: str) -> dict[str, object]:
     """Return the diagnosis that stands for a failure: no verdict, no confidence."""
     return {
         "verdict": {"status": "failed", "effects": [], "confidence": 0.0, "ambiguity_group": [], "why": why},

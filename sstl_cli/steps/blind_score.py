@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from sstl_cli.blind import accepted, kept, sides
-from sstl_cli.blind.judge import Judged, by_others, judge
+from sstl_cli.blind.judge import NAMED, Judged, by_others, judge
+from sstl_cli.blind.result import Result
 from sstl_cli.blind.score import Set, document
 from sstl_cli.blind.seal import Planned, Truth
 from sstl_cli.core.config import parse
@@ -23,7 +23,7 @@ Fresh = Callable[[str], Sequence[Run]]
 def run(
     truth: Truth,
     plan: Mapping[str, Planned],
-    results: Mapping[str, Mapping[str, Any]],
+    results: Mapping[str, Result],
     fresh: Fresh | None,
     of_set: Set,
     advance: Callable[[float], None] = lambda _: None,
@@ -59,7 +59,7 @@ def run(
     return document(judged, beside, of_set)
 
 
-def _left_out(judged: Sequence[Judged], results: Mapping[str, Mapping[str, Any]], weights: Weights) -> list[SimulatorRow] | None:
+def _left_out(judged: Sequence[Judged], results: Mapping[str, Result], weights: Weights) -> list[SimulatorRow] | None:
     """Return the rates of each simulator by weights that have not seen it, None where not every result keeps its rows.
 
     A diagnosis that failed has none, and stays as it is.
@@ -67,23 +67,23 @@ def _left_out(judged: Sequence[Judged], results: Mapping[str, Mapping[str, Any]]
     found = []
     for case in judged:
         result, without = results[case.case], weights.without.get(case.truth.simulator)
-        if result["error"] is not None:
+        if result.error is not None:
             found.append(case)
-        elif without is None or result.get("rows") is None:
+        elif without is None or result.rows is None:
             return None
         else:
-            found.append(by_others(case, kept.from_document(result["rows"]), without))
+            found.append(by_others(case, kept.from_document(result.rows), without))
     return sides.rows(found)
 
 
-def _realised(asked: Planned, result: Mapping[str, Any], fresh: Fresh, name: str) -> float | None:
-    verdict = result["diagnosis"]["verdict"]
-    if verdict["status"] not in ("identified", "ambiguous") or result["model"] is None:
+def _realised(asked: Planned, result: Result, fresh: Fresh, name: str) -> float | None:
+    found, verdict = result.diagnosis, result.diagnosis.verdict
+    if verdict.status not in NAMED or result.model is None or found.analysis is None:
         return None
-    if not all(get(e).fitted and get(e).channel == "out" for e in verdict["effects"]):
+    if not all(get(e).fitted and get(e).channel == "out" for e in verdict.effects):
         # a fault of the recorder is masked, not simulated: there is nothing to apply to other recordings
         return None
-    model = parse(Scenario, result["model"], "model of a result")
-    base = accepted.retuned(parse(Scenario, asked.sim, "plan"), result["diagnosis"]["analysis"]["theta"])
+    model = parse(Scenario, result.model, "model of a result")
+    base = accepted.retuned(parse(Scenario, asked.sim, "plan"), found.analysis.theta)
     runs = list(fresh(name))
     return accepted.realised_shrink_pct(base, model, runs) if runs else None

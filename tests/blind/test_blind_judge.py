@@ -9,6 +9,7 @@ from scipy.stats import binomtest
 from sstl_cli.blind import sides
 from sstl_cli.blind.calibration import reliability
 from sstl_cli.blind.judge import judge, share, wilson
+from sstl_cli.blind.result import Result
 from sstl_cli.blind.score import Set, baselines, confusion, document
 from sstl_cli.core.documents.blind import CaseDistance
 
@@ -35,7 +36,7 @@ def verdict(status, effects=(), group=None, confidence=0.9, baseline=None, shrin
 
 
 def case(t, v, name="case-0001", realised=None):
-    return judge(name, t, v, realised)
+    return judge(name, t, Result(case=name, error=None, model=None, **v), realised)
 
 
 @pytest.mark.parametrize(

@@ -8,13 +8,17 @@ from made_truths import made_truth
 
 from sstl_cli.blind import kept
 from sstl_cli.blind.judge import by_others, judge
+from sstl_cli.blind.result import Result
 from sstl_cli.blind.score import Set
+from sstl_cli.blind.seal import Planned
 from sstl_cli.blind.truth import CaseTruth
+from sstl_cli.cli import _blind_files as files
 from sstl_cli.diagnosis.features import CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 from sstl_cli.diagnosis.verdict import verdict
 from sstl_cli.diagnosis.weights import learned
 from sstl_cli.steps import blind_score
+from sstl_cli.steps.blind_run import SCHEMA
 
 
 def rows(gain: float = 400.0, barred=None) -> Rows:
@@ -62,7 +66,9 @@ def truths() -> dict[str, CaseTruth]:
 def score(results, weights):
     from sstl_cli.blind.seal import Truth
 
-    return blind_score.run(Truth("blind", (0, 1), True, truths()), {}, results, None, Set(), weights=weights)
+    return blind_score.run(
+        Truth("blind", (0, 1), True, truths()), {}, {c: Result(**r) for c, r in results.items()}, None, Set(), weights=weights
+    )
 
 
 def test_each_simulator_is_judged_by_the_weights_that_have_not_seen_it():
@@ -89,7 +95,19 @@ def test_without_rows_or_such_weights_no_simulator_counts_as_left_out(lacking):
 def test_the_package_brings_weights_without_each_simulator():
     own = learned()
     assert sorted(own.without) == ["bristle", "rig", "variant"] == sorted(own.provenance["simulators"])
-    case = judge("a", truths()["a"], result("a", rows()), None)
+    case = judge("a", truths()["a"], Result(**result("a", rows())), None)
     for other in own.without.values():
         assert other.candidate != own.candidate and other.commit == own.commit
         assert by_others(case, rows(), other).status in ("identified", "ambiguous")
+
+
+def test_a_result_that_lacks_what_a_score_asks_for_is_none(tmp_path):
+    folder, asked = files.Folder(tmp_path), Planned("a", "0" * 64, (), {})
+    folder.result("a").parent.mkdir()
+    whole = {"schema": SCHEMA, "log_sha256": asked.sha256, "exclude": [], **result("a", rows())}
+    folder.result("a").write_text(json.dumps(whole))
+    found = files.finished(folder, "a", asked)
+    assert found is not None and found.diagnosis.verdict.status == verdict(rows(), learned()).status
+    # as a program of another version may have written it: the case is diagnosed again
+    folder.result("a").write_text(json.dumps({**whole, "diagnosis": {"gap": {"shrink_pct": None}}}))
+    assert files.finished(folder, "a", asked) is None

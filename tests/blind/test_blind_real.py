@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sstl_cli.blind import accepted
+from sstl_cli.core.documents.diagnosis import DiagnosisDocument, Gap, Verdict
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.physics.scenario import Configuration, Scenario
@@ -61,8 +62,10 @@ def answering(seen):
         error = np.mean([np.mean(r.y_fine - p) for r, p in accepted.predictions(sim, runs)])
         seen.append(float(error))
         named = ["zero_offset"] if abs(error) > 0.1 else []
-        verdict = {"status": "identified" if named else "none", "effects": named, "ambiguity_group": named, "confidence": 0.9, "why": ""}
-        return {"verdict": verdict, "gap": {"shrink_pct": 50.0}}, scenario(zero_offset={"z_out_act_n": 0.5})
+        verdict = Verdict(status="identified" if named else "none", effects=named, ambiguity_group=named, confidence=0.9, why="")
+        return DiagnosisDocument.model_construct(verdict=verdict, gap=Gap.model_construct(shrink_pct=50.0)), scenario(
+            zero_offset={"z_out_act_n": 0.5}
+        )
 
     return diagnose
 
