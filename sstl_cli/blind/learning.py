@@ -141,7 +141,7 @@ def _design(e: Example) -> _Design:
     return _Design(np.reshape(candidates, (len(ids), len(CANDIDATE_TERMS) + len(names))), log_terms(e.rows), answer)
 
 
-def learn(found: Sequence[Example], provenance: Mapping[str, Any] | None = None, around: Weights | None = None) -> Weights:
+def learn(found: Sequence[Example], provenance: Mapping[str, object] | None = None, around: Weights | None = None) -> Weights:
     """Return the most likely weights; thresholds are left open (see :func:`calibrated`).
 
     Those of the candidates first, from the cases whose cause is one of them; then those of the log, of which the candidates'

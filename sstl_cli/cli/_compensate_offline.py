@@ -30,7 +30,7 @@ class Done:
 def run(screen: Screen, job: Job) -> None:
     """Compensate, write what was asked for, show it, and end."""
     from sstl_cli.cli.origin import files_among, provenance
-    from sstl_cli.core.documents.control import CompensateDocument
+    from sstl_cli.core.documents.control import CompensateDocument, ControllerSettings
     from sstl_cli.core.errors import GateError
     from sstl_cli.core.files import require_outputs
     from sstl_cli.steps import compensate_summary as summing
@@ -50,7 +50,7 @@ def run(screen: Screen, job: Job) -> None:
         seed=asked.seed,
         out=str(asked.out) if asked.out else None,
         scores_file=str(asked.scores) if asked.scores else None,
-        options=job.options.model_dump(mode="json"),
+        options=ControllerSettings.model_validate(job.options.model_dump(mode="json")),
         methods=plan.methods,
         left_out_methods=plan.impossible,
         summary=summary,

@@ -111,7 +111,7 @@ def _refuse(form: str) -> None:
 
 def _controller(screen: Screen, asked: Asked) -> NoReturn:
     """Write the lines of a controller as C or JSON, and end."""
-    from sstl_cli.core.documents.control import ExportDocument
+    from sstl_cli.core.documents.control import ControllerSettings, ExportDocument
     from sstl_cli.steps import export_controller as step
 
     source = asked.source
@@ -137,7 +137,7 @@ def _controller(screen: Screen, asked: Asked) -> NoReturn:
         method=found.method,
         configurations=list(lines),
         set_aside=aside,
-        options=options.model_dump(mode="json"),
+        options=ControllerSettings.model_validate(options.model_dump(mode="json")),
     )
     # C source drives one configuration: that others are set aside takes nothing from it
     screen.finish(document, aside=bool(aside) and asked.format_ == "json")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -135,7 +135,7 @@ def _name_a_file(parameter: Any, option: str) -> None:
     parameter.process_value = process_value
 
 
-def _require_values(given: dict[str, Any]) -> None:
+def _require_values(given: Mapping[str, object]) -> None:
     """Raise UsageError for an option with an empty text, as a script gives whose variable is not set: a gate would not be asked."""
     from sstl_cli.core.errors import UsageError
 

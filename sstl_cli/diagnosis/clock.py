@@ -7,14 +7,13 @@ there along the slope of the signal behind it, so that it keeps its own noise; b
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.core.runs import SIGNALS, Run
+from sstl_cli.core.runs import Run
 from sstl_cli.core.stretches import stretches
 from sstl_cli.diagnosis.constants import AS_BEFORE, AT_MOST, DOUBT_NATS, EVEN, FEW, FIRST_PLACED, HALF, PLACED, SHORTEST_READ, STEADY
 from sstl_cli.diagnosis.latent import latent
@@ -23,7 +22,6 @@ from sstl_cli.diagnosis.recorder import fourths, quiet, slow_noise, white_noise
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Places = NDArray[np.int64]
-CHANNELS = SIGNALS[1:]
 
 
 def since_first(runs: Sequence[Run]) -> list[float]:
@@ -104,20 +102,19 @@ def on_grid(run: Run, finite: Mask) -> Run:
     kept = np.concatenate(([True], np.diff(at) > 0))
     at, index = at[kept], np.flatnonzero(finite)[kept]
     early = time[kept] - grid[at]
-    extra: dict[str, Any] = {}
-    for name in CHANNELS:
-        value = getattr(run, name)
-        if value is not None:
-            readings = run.extra[f"known_{name}"][index] > 0.5 if f"known_{name}" in run.extra else np.ones(len(at), bool)
-            put = _commanded if name == "tension_ref_n" else _moved
-            extra[name] = put(value[index], at, len(grid), readings, early, dt)
+
+    def put(name: str, value: Array) -> Array:
+        readings = run.extra[f"known_{name}"][index] > 0.5 if f"known_{name}" in run.extra else np.ones(len(at), bool)
+        place = _commanded if name == "tension_ref_n" else _moved
+        return place(value[index], at, len(grid), readings, early, dt)
+
     marks: dict[str, Array] = {"gap": _bridged(grid, time), "early_s": np.bincount(at, early, len(grid)).astype(float)}
     for name, values in run.extra.items():
         if name.startswith("known_"):
             marks[name] = np.bincount(at[values[index] > 0.5], minlength=len(grid)).clip(0, 1).astype(float)
     # the slope at an end has one neighbour only: a reading that was moved along it may be anywhere
     inner = slice(1, -1) if np.ptp(early) > EVEN * dt else slice(None)
-    return replace(run, time_s=grid[inner], extra={k: v[inner] for k, v in marks.items()}, **{k: v[inner] for k, v in extra.items()})
+    return _on_grid(run, grid[inner], {k: v[inner] for k, v in marks.items()}, lambda name, value: put(name, value)[inner])
 
 
 def _places(time: Array, dt: float) -> tuple[Places, float, float] | None:
@@ -175,13 +172,29 @@ def blurred(run: Run, rate: Array, thin: int) -> Array:
 def _between(run: Run, finite: Mask, time: Array, dt: float) -> Run:
     """Return a run whose clock is far from steady, on a grid of straight lines between its readings."""
     grid = np.arange(time[0], time[-1] + 0.5 * dt, dt)
-    extra: dict[str, Any] = {name: np.interp(grid, time, value[finite]) for name in CHANNELS if (value := getattr(run, name)) is not None}
     marks = {"gap": _bridged(grid, time)}
     for name, values in run.extra.items():
         if name.startswith("known_"):
             column = getattr(run, name.removeprefix("known_"))[finite]
             marks[name] = _marked(grid, time[values[finite] > 0.5], column[values[finite] > 0.5])
-    return replace(run, time_s=grid, extra=marks, **extra)
+    return _on_grid(run, grid, marks, lambda _, value: np.interp(grid, time, value[finite]))
+
+
+def _on_grid(run: Run, grid: Array, marks: dict[str, Array], put: Callable[[str, Array], Array]) -> Run:
+    """Return a run at the instants of a grid, with marks beside its channels; ``put`` brings a channel, by its name, there."""
+
+    def there(name: str, value: Array | None) -> Array | None:
+        return None if value is None else put(name, value)
+
+    return replace(
+        run,
+        time_s=grid,
+        tension_in_n=put("tension_in_n", run.tension_in_n),
+        tension_out_n=put("tension_out_n", run.tension_out_n),
+        position_in_mm=there("position_in_mm", run.position_in_mm),
+        tension_ref_n=there("tension_ref_n", run.tension_ref_n),
+        extra=marks,
+    )
 
 
 def _bridged(grid: Array, time: Array) -> Array:

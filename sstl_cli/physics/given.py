@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from math import isfinite
-from typing import Any, ClassVar, NamedTuple, TypedDict
+from typing import ClassVar, NamedTuple, Protocol, TypedDict, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -149,9 +149,30 @@ class Recorded:
     node_tension: FloatArray | None = None
 
 
-def discovered(package: str, folders: Iterable[str]) -> dict[str, Any]:
-    """Return ``EFFECT`` of every module of a package: one file, one effect, by its name, in the order in which they act."""
-    found = {m.name: importlib.import_module(f"{package}.{m.name}").EFFECT for m in pkgutil.iter_modules(folders)}
+class Ordered(Protocol):
+    """What a simulator has for an effect, as far as it goes by: its place among the others."""
+
+    @property
+    def order(self) -> int: ...
+
+
+E = TypeVar("E", bound=Ordered)
+
+
+def discovered(kind: type[E], package: str, folders: Iterable[str]) -> dict[str, E]:
+    """Return ``EFFECT`` of every module of a package: one file, one effect, by its name, in the order in which they act.
+
+    Raises
+    ------
+    TypeError
+        One is not of this kind: it was made for another simulator.
+    """
+    found = {}
+    for name in (m.name for m in pkgutil.iter_modules(folders)):
+        effect = importlib.import_module(f"{package}.{name}").EFFECT
+        if not isinstance(effect, kind):
+            raise TypeError(f"{package}.{name}.EFFECT is no {kind.__module__}.{kind.__name__}")
+        found[name] = effect
     return dict(sorted(found.items(), key=lambda named: (named[1].order, named[0])))
 
 

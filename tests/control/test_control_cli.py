@@ -12,6 +12,8 @@ import pyarrow.parquet as pq
 import pytest
 from helpers_control import TABLE_II, paper_controller, play, theta_row, write_theta
 
+from sstl_cli.control.controller import Options
+from sstl_cli.core.documents.control import ControllerSettings
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.runs import Run, write_runs
 from sstl_cli.steps import compensate_source
@@ -319,3 +321,10 @@ def test_c_needs_one_configuration(sstl, tmp_path):
     code, _, err = sstl("export", theta, "--format", "c", "--out", tmp_path / "x.c")
     assert code == 1 and "A, B" in err and not Path(tmp_path / "x.c").exists()
     assert sstl("export", theta, "--format", "c", "--config-id", "B", "--out", tmp_path / "x.c")[0] == 0
+
+
+def test_documents_tell_every_setting_of_the_controller(sstl, theta, tmp_path):
+    assert list(ControllerSettings.model_fields) == list(Options.model_fields)
+    code, text, _ = sstl("export", theta, "--format", "json", "--max-rate", "5", "--out", tmp_path / "c.json", "--json")
+    assert code == 0 and json.loads(text)["options"] == json.loads((tmp_path / "c.json").read_text())["options"]
+    assert ControllerSettings.model_validate(Options().model_dump(mode="json")).plain() == Options().model_dump(mode="json")

@@ -171,6 +171,17 @@ def test_a_dropped_in_effect_is_found(tmp_path, monkeypatch):
         catalogue.cache_clear()
 
 
+def test_an_effect_of_another_simulator_is_refused():
+    from sstl_cli.physics.bristle import effects as bristle
+    from sstl_cli.physics.bristle.effect import Effect as OfBristle
+    from sstl_cli.physics.given import discovered
+    from sstl_cli.physics.rig.effect import Effect as OfRig
+
+    assert discovered(OfBristle, bristle.__name__, bristle.__path__) == bristle.catalogue()
+    with pytest.raises(TypeError, match=r"bristle.effects.\w+.EFFECT is no sstl_cli.physics.rig.effect.Effect"):
+        discovered(OfRig, bristle.__name__, bristle.__path__)
+
+
 def files_of_contributing(folder: Path) -> dict[str, str]:
     """Write the files that CONTRIBUTING shows for an effect as far as their packages, and return the folder of each package."""
     text = Path(__file__).parents[2].joinpath("CONTRIBUTING.md").read_text(encoding="utf-8")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field
 
@@ -54,6 +54,30 @@ class CompensatedRun(Part):
     mape_bound_pct: dict[str, float | None] = Field(description="the least MAPE that these bounds allow, by window")
 
 
+class ControllerSettings(Part):
+    """How the controller acts."""
+
+    dt_s: float = Field(description="period of the controller")
+    doubled: bool = Field(description="doubled error term in backlash")
+    t_max_n: float = Field(description="largest command")
+    max_rate_n_s: float | None = Field(description="largest rate of the command, null where it has no bound")
+    max_jump_n: float | None = Field(description="largest change of the command in one sample, null where it has no bound")
+    lead_s: float = Field(description="lead for the lag of the tension loop")
+    observer: float = Field(
+        description="share of the difference between measured and modelled tension that corrects the state behind the lead"
+    )
+    reversal: Literal["paper", "play"] = Field(description="reversals by Algorithm 1, or by the exact inverse of the play")
+    presliding: float = Field(description="spread of presliding that is followed, 0 to 1")
+    widths: list[float] | None = Field(description="relative widths of the plays instead, where they were fitted")
+    band_n: float = Field(
+        description="with reversal play: how far from the modelled output the reference must be, against the way it goes, for a new command"
+    )
+    deadband_n: float = Field(description="change of the reference that is no reversal")
+    tolerance_n: float = Field(description="by how much reference and measured tension may leave their range before they count as faulty")
+    hold_s: float = Field(description="for how long the last command is held where what is read is faulty")
+    ramp_n_s: float = Field(description="rate (N/s) at which the command falls to zero after that, and comes back")
+
+
 class CompensateDocument(Document):
     """Command streams and their scores (``sstl compensate``)."""
 
@@ -61,7 +85,7 @@ class CompensateDocument(Document):
     seed: int
     out: str | None
     scores_file: str | None
-    options: dict[str, Any] = Field(description="settings of the controller")
+    options: ControllerSettings = Field(description="settings of the controller")
     methods: list[str]
     left_out_methods: dict[str, str]
     summary: list[MeanScore] = Field(description="means over configurations in the steadiest window")
@@ -83,7 +107,7 @@ class ExportDocument(Document):
     method: str | None = None
     configurations: list[str] = []
     set_aside: dict[str, str] = {}
-    options: dict[str, Any] | None = None
+    options: ControllerSettings | None = None
 
 
 class StageShares(Part):

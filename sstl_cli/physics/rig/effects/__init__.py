@@ -12,7 +12,7 @@ from sstl_cli.physics.rig.effect import Effect
 @cache
 def catalogue() -> Mapping[str, Effect]:
     """Return the effects by id, in the order in which they act."""
-    return discovered(__name__, __path__)
+    return discovered(Effect, __name__, __path__)
 
 
 def parameters() -> Mapping[str, Mapping[str, Bounds]]:
