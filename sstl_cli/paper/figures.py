@@ -77,17 +77,16 @@ def segmentation(runs: Sequence[Loop]) -> Drawing:
 
 def correlation(act: Array, sstl: Array) -> Drawing:
     """Return SSTL slopes against squared actuation slopes with linear fit and identity (Fig. 6a)."""
+    both = [_line(name, act[:, i] ** 2, sstl[:, i]) for i, name in enumerate(("pull", "release"))]
 
     def paint(axes: Any) -> None:
-        for i, (panel, name) in enumerate(zip(axes.flat, ("pull", "release"), strict=True)):
-            x, y = act[:, i] ** 2, sstl[:, i]
-            a, b = np.polyfit(x, y, 1)
-            ends = np.array([x.min(), x.max()])
-            panel.plot(x, y, "o", markersize=4, color=palette.BLUE, label="configurations")
-            panel.plot(ends, a * ends + b, color=palette.VERMILLION, label=f"fit {a:.3f} x {b:+.3f}")
+        for panel, line in zip(axes.flat, both, strict=True):
+            ends = np.array([line.x.min(), line.x.max()])
+            panel.plot(line.x, line.y, "o", markersize=4, color=palette.BLUE, label="configurations")
+            panel.plot(ends, line.slope * ends + line.offset, color=palette.VERMILLION, label=f"fit {line.slope:.3f} x {line.offset:+.3f}")
             panel.plot(ends, ends, "--", linewidth=1, color=palette.INK, label="identity")
-            panel.set_xlabel(f"(Γ {name} of act)²")
-            panel.set_ylabel(f"Γ {name} of SSTL")
+            panel.set_xlabel(f"(Γ {line.direction} of act)²")
+            panel.set_ylabel(f"Γ {line.direction} of SSTL")
             panel.legend()
 
     return Drawing(
@@ -96,8 +95,29 @@ def correlation(act: Array, sstl: Array) -> Drawing:
         (9.6, 3.6),
         (1, 2),
         paint,
-        f"{len(act)} configurations, a straight line fits both directions, the identity neither.",
+        f"{len(act)} configurations; " + "; ".join(line.words() for line in both) + ".",
     )
+
+
+@dataclass(frozen=True)
+class _Line:
+    """SSTL slopes over squared actuation slopes of one direction, and the straight line through them."""
+
+    direction: str
+    x: Array
+    y: Array
+    slope: float
+    offset: float
+
+    def words(self) -> str:
+        """Return how well the line and the identity fit, by their errors (RMS)."""
+        off, same = (float(np.sqrt(np.mean((self.y - at) ** 2))) for at in (self.slope * self.x + self.offset, self.x))
+        return f"{self.direction}: the straight line is off by {off:.2g}, the identity by {same:.2g}"
+
+
+def _line(direction: str, x: Array, y: Array) -> _Line:
+    slope, offset = np.polyfit(x, y, 1)
+    return _Line(direction, x, y, float(slope), float(offset))
 
 
 def product(lead: Array, act: Array, sstl: Array) -> Drawing:

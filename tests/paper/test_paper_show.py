@@ -1,5 +1,6 @@
 """What is printed and drawn, from hand-made results."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from sstl_cli.control.loop_lag import LoopLag
 from sstl_cli.control.references import Reference
 from sstl_cli.control.scoring import score
 from sstl_cli.core.documents.outputs import ReproduceDocument
-from sstl_cli.paper import distal, drawings, show, tendons
+from sstl_cli.paper import distal, drawings, figures, show, tendons
 from sstl_cli.paper.bench import ModelBench
 from sstl_cli.paper.better import WAYS, Calibration, Rung
 from sstl_cli.paper.block_r import Tracked
@@ -121,6 +122,19 @@ def test_figure_7_has_every_location_and_method(found):
         assert shaded == [name == "tracking_sinusoid"] * 3 and ("shaded" in drawn[name].caption) is shaded[0]
         svg = str(picture(drawn[name], None, name).svg)
         assert svg.count("output tension / N") >= 3
+
+
+def test_figure_6a_says_how_far_line_and_identity_are_off():
+    act = np.array([[0.6, 1.5], [0.7, 1.4], [0.8, 1.3], [0.9, 1.2]])
+    exact = np.column_stack((act[:, 0] ** 2, 1.5 * act[:, 1] ** 2 - 0.25))
+    exact[:, 0] += np.array([0.01, -0.01, -0.01, 0.01])
+    words = figures.correlation(act, exact).words
+    x = act[:, 1] ** 2
+    apart = float(np.sqrt(np.mean((0.5 * x - 0.25) ** 2)))
+    # the identity is as good as it can be in pull, and no line in release
+    pull, release = re.findall(r"(?:pull|release): the straight line is off by ([\d.e-]+), the identity by ([\d.e-]+)", words)
+    assert float(pull[1].rstrip(".")) == 0.01 and float(pull[0]) <= 0.01
+    assert float(release[0]) < 1e-12 and float(release[1].rstrip(".")) == pytest.approx(apart, rel=0.05)
 
 
 def test_document_parts(found):
