@@ -12,6 +12,7 @@ from sstl_cli.core.documents.base import Part
 from sstl_cli.core.documents.quantity import Quantity
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.constants import HIGH_N, LOW_N, TARGET_N, UNSEEN_SHARE
+from sstl_cli.diagnosis.neighbours import NEIGHBOUR
 from sstl_cli.diagnosis.scale import Scale
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.effects import get
@@ -40,7 +41,7 @@ def scaled(runs: Sequence[Run], unit_n: float) -> list[Run]:
             tension_in_n=r.tension_in_n / unit_n,
             tension_out_n=r.tension_out_n / unit_n,
             tension_ref_n=None if r.tension_ref_n is None else r.tension_ref_n / unit_n,
-            extra={k: v / unit_n if k.endswith("_n") else v for k, v in r.extra.items()},
+            extra={k: v / unit_n if k == NEIGHBOUR else v for k, v in r.extra.items()},
         )
         for r in runs
     ]

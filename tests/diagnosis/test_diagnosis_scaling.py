@@ -125,11 +125,11 @@ def test_the_unit_is_that_of_the_largest_run_but_for_its_spikes():
 
 
 def test_runs_and_a_rig_are_brought_to_the_unit_together():
-    extra = {"neighbour_n": np.full(200, 8.0), "known_tension_out_n_": np.ones(200)}
+    extra = {"neighbour_n": np.full(200, 8.0), "known_tension_out_n": np.ones(200)}
     one = run(1000.0, tension_ref_n=np.full(200, 30.0), extra=extra)
     (found,) = scaled([one], 50.0)
     assert found.tension_in_n.max() == 20.0 and found.tension_out_n[0] == 10.0 and found.tension_ref_n[0] == pytest.approx(0.6)
-    assert found.extra["neighbour_n"][0] == pytest.approx(0.16) and found.extra["known_tension_out_n_"][0] == 1.0
+    assert found.extra["neighbour_n"][0] == pytest.approx(0.16) and found.extra["known_tension_out_n"][0] == 1.0
     assert scaled([one], 1.0)[0] is one and scaled([run(9.0)], 3.0)[0].tension_ref_n is None
     # a rig of which nothing is known is as much stiffer as its tensions are larger: in their unit it is the usual one
     usual = Scenario().rig.mechanics()
