@@ -1,4 +1,4 @@
-"""Mutation check of identification, control, physics and diagnosis: does any test notice a small fault?
+"""Mutation check of identification, control, physics and diagnosis: whether any test notices a small fault.
 
 ``python tools/mutation.py --sample 40 --seed 1 [--parts physics] [--minutes 20] [--publish]`` draws that many faults a
 part, puts each into a copy of the source, runs the part's tests and says which were killed. Results are kept in

@@ -8,7 +8,6 @@ program under MIT must not ship. ``--hashes`` asks the package index for the has
 from __future__ import annotations
 
 import argparse
-import importlib.metadata as metadata
 import json
 import re
 import subprocess
@@ -16,6 +15,7 @@ import sys
 import tempfile
 import tomllib
 from collections import Counter
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 

@@ -26,7 +26,7 @@ def import_(
     merge: str | None = None,
     format: str | None = None,  # noqa: A002
 ) -> Log:
-    """Return recordings (CSV, text, Parquet, MAT, HDF5, NPZ, TDMS, MCAP, ROS bags) as a log, as ``sstl import`` makes it.
+    r"""Return recordings (CSV, text, Parquet, MAT, HDF5, NPZ, TDMS, MCAP, ROS bags) as a log, as ``sstl import`` makes it.
 
     What is set aside is warned of.
 
@@ -56,7 +56,7 @@ def import_(
     >>> rows = [f"{20 * k},{5 + k % 50},{3 + k % 50 / 2}" for k in range(100)]
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder, "bend.csv")
-    ...     _ = file.write_text("\\n".join(["t,T1,T2", *rows]))
+    ...     _ = file.write_text("\n".join(["t,T1,T2", *rows]))
     ...     import_(file, mapping="time_s=t:ms,tension_in_n=T1:N,tension_out_n=T2:N,system=act")
     Log(1 run, 100 samples)
     """
@@ -74,7 +74,7 @@ def import_(
 
 
 def guess(*files: str | PathLike[str], format: str | None = None) -> Guess:  # noqa: A002
-    """Return a proposed mapping for recordings of one kind, with its reasons and questions, as ``sstl import --guess`` makes it.
+    r"""Return a proposed mapping for recordings of one kind, with its reasons and questions, as ``sstl import --guess`` makes it.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def guess(*files: str | PathLike[str], format: str | None = None) -> Guess:  # n
     >>> rows = [f"{20 * k},{5 + k % 50},{3 + k % 50 / 2}" for k in range(100)]
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder, "bend.csv")
-    ...     _ = file.write_text("\\n".join(["t_ms,T_in,T_out", *rows]))
+    ...     _ = file.write_text("\n".join(["t_ms,T_in,T_out", *rows]))
     ...     found = guess(file)
     >>> found.format, found.toml.splitlines()[0], len(found.questions)
     ('text', '# Proposed by sstl import --guess. Complete every line that ends in a question and delete its mark.', 4)

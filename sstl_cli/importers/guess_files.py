@@ -41,7 +41,7 @@ class Named:
 
 
 def name_pattern(stems: list[str], takes: bool = False) -> Named:
-    """Return the pattern that the names of recordings share.
+    r"""Return the pattern that the names of recordings share.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def name_pattern(stems: list[str], takes: bool = False) -> Named:
     Examples
     --------
     >>> name_pattern(["bend_030_run1", "bend_060_run1"]).pattern
-    '^bend_(?P<config_id>\\\\d+)_'
+    '^bend_(?P<config_id>\\d+)_'
     """
     cut = [_PARTS.findall(s) for s in stems]
     shapes = {tuple(_kind(p) for p in parts) for parts in cut}

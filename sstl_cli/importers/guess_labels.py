@@ -137,12 +137,12 @@ def rows_of_first(labels: tuple[LabelColumn, ...], values: dict[str, list[str]])
 
 
 def runs_in(names: list[str]) -> tuple[str, str]:
-    """Return the prefix of the first run and the pattern of all, where the elements of a struct array each hold a whole run; else two empty texts.
+    r"""Return the prefix of the first run and the pattern of all, where the elements of a struct array each hold a whole run; else two empty texts.
 
     Examples
     --------
     >>> runs_in(["r(1).time", "r(1).Fin", "r(1).Fout", "r(2).time", "r(2).Fin", "r(2).Fout"])
-    ('r(1).', 'r\\\\(\\\\d+\\\\)\\\\.')
+    ('r(1).', 'r\\(\\d+\\)\\.')
     """
     held: dict[str, dict[str, list[str]]] = {}
     for found in filter(None, map(_ELEMENT.fullmatch, names)):

@@ -113,7 +113,7 @@ def compare(
 
 
 def judge(entry: Entry, value: float | None, mean: float | None, sd: float | None) -> tuple[str, str]:
-    """Return verdict and reason: does the published value lie within 2 sd of our mean over seeds?
+    """Return verdict and reason: whether the published value lies within 2 sd of our mean over seeds.
 
     Our value at hand must itself lie within 5 sd of that mean: else the stored spread is not of this program.
     """

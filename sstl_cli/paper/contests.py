@@ -1,4 +1,4 @@
-"""Table III over data sets: does one variant beat another beyond chance?
+"""Table III over data sets: whether one variant beats another beyond chance.
 
 Every data set has its own configurations, noise and division, so the differences of two variants from one data set
 to the next are independent and a paired t test holds; Holm's rule bounds the chance of any false claim among the

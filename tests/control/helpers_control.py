@@ -17,10 +17,7 @@ def play(tension_in, lines, start):
     out, y = [], start
     for t in tension_in:
         low, high = gp * t + bp, gr * t + br
-        if y < low:
-            y = low
-        if y > high:
-            y = high
+        y = min(max(y, low), high)
         out.append(y)
     return out
 
