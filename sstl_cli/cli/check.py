@@ -51,9 +51,8 @@ def check(
     entries += findings(judged)
     failures = [e for e in entries if e.level == "failure"]
     remarks = len(entries) - len(failures)
-    which = f"{logs[0].name} is" if len(logs) == 1 else "Some are" if failures else "All are"
     screen.say(
-        f"{which} {'not sound' if failures else 'sound'}. {many(len(logs), 'file')}: "
+        f"{_headline(logs, bool(failures), told['remark'] > 0)}. {many(len(logs), 'file')}: "
         f"{many(told['failure'], 'failure')}, {many(told['remark'], 'remark')}"
     )
     _physics.show(screen, judged.remarks)
@@ -78,6 +77,13 @@ def check(
         **({"short_left_out": judged.short} if judged.short else {}),
     )
     screen.finish(document, 1 if failures else 0)
+
+
+def _headline(logs: list[Path], failed: bool, remarked: bool) -> str:
+    """Return what is said of all files together; what has a remark may still be wrong, so that it is not called sound."""
+    if len(logs) == 1:
+        return f"{logs[0].name} {'is not sound' if failed else 'has no failure, but look at what is remarked' if remarked else 'is sound'}"
+    return "Some are not sound" if failed else "None has a failure, but look at what is remarked" if remarked else "All are sound"
 
 
 def _entries(path: Path, screen: Screen) -> Iterator[Entry]:

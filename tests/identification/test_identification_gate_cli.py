@@ -91,3 +91,17 @@ def test_the_headline_counts_the_sentences_below_it(tmp_path):
     assert f"{sentences + rows} failure" in said and json.loads(sstl("check", tmp_path / "log.parquet", "--json").stdout)[
         "failures"
     ] >= len(runs)
+
+
+def test_a_log_with_remarks_is_not_called_sound(tmp_path):
+    other = record(*trapezoid(rate=100.0), ACT, 9, run_id="other")
+    for name, runs in (
+        ("fine", SOUND),
+        ("odd", [*SOUND, replace(other, time_s=2.0 * other.time_s)]),
+        ("more", [record(*trapezoid(rate=100.0), ACT, 7)]),
+    ):
+        write_runs(tmp_path / f"{name}.parquet", runs, ORIGIN)
+    fine, odd, both = ([tmp_path / f"{n}.parquet" for n in names] for names in (["fine"], ["odd"], ["odd", "more"]))
+    assert sstl("check", *fine).stdout.startswith("fine.parquet is sound. 1 file: 0 failures, 0 remarks")
+    assert sstl("check", *odd).stdout.startswith("odd.parquet has no failure, but look at what is remarked. 1 file: 0 failures, 1 remark")
+    assert sstl("check", *both).stdout.startswith("None has a failure, but look at what is remarked. 2 files: 0 failures, 1 remark")
