@@ -1,18 +1,54 @@
-"""What the columns beside the tensions tell: how far the position goes and whether it follows the input, and the scale and lag of the reference."""
+"""What the columns beside the tensions tell: how far the position goes, whether it follows the input, wraps around or rests, and the scale and lag of the reference."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.identification.gate import overflows
 from sstl_cli.identification.gate.movement import NO_MOVEMENT, Movement, movement_of, unlike
 
 Array = NDArray[np.float64]
 MIN_SAMPLES = 32
 # correlation from which on a reference is followed
 FOLLOWED = 0.9
+# steps of a counter that a position must go for its rest to say anything
+STEPS = 50
+
+
+@dataclass(frozen=True)
+class Rest:
+    """The stretch of one position in which the input moves most: its length and beginning (s), and by how much (N); ``fine`` is whether the position goes many of its steps."""
+
+    length_s: float
+    at_s: float
+    moved_n: float
+    fine: bool
+
+
+def wrap_of(position: Array | None, x: Array) -> float:
+    """Return by how much (mm) a position jumps from one end of its range to the other while the input goes on, NaN where it does not."""
+    if position is None or len(position) < MIN_SAMPLES or not np.isfinite(position).all():
+        return math.nan
+    return overflows.size_n(position, overflows.turns_beside(position, x))
+
+
+def rest_of(time_s: Array, position: Array | None, x: Array) -> Rest | None:
+    """Return where a position stands still, to the last digit, None where it does not or was not recorded throughout."""
+    if position is None or len(position) < MIN_SAMPLES or not np.isfinite(position).all():
+        return None
+    steps = np.abs(np.diff(position))
+    edges = np.concatenate(([0], np.flatnonzero(steps) + 1, [len(position)]))
+    # a stretch of a few samples is none
+    long = [(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a >= MIN_SAMPLES]
+    if not long:
+        return None
+    a, b = max(long, key=lambda s: float(np.ptp(x[s[0] : s[1]])))
+    fine = bool(steps.any()) and float(np.ptp(position)) > STEPS * float(np.min(steps[steps > 0.0]))
+    return Rest(float(time_s[b - 1] - time_s[a]), float(time_s[a] - time_s[0]), float(np.ptp(x[a:b])), fine)
 
 
 def span_of(values: Array | None) -> float:

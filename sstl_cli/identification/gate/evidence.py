@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from sstl_cli.identification.gate.ahead import Ahead
+from sstl_cli.identification.gate.beside import Rest
 from sstl_cli.identification.gate.causes import Causes
 from sstl_cli.identification.gate.clock_rate import ClockRate
 from sstl_cli.identification.gate.curves import Curve
@@ -67,7 +68,7 @@ class Evidence:
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
     ``reference_left`` is what its reference leaves of the input's movement, ``reference_lag`` is that of the input behind its reference, and its standard error (s), ``movement`` how the input moves sample by sample.
-    ``position_follows`` is the correlation of position and input, ``position_movement`` how the position moves sample by sample, ``off`` by how much position and reference read beside the input (share of its span), ``copies`` are the pairs of columns that hold the same numbers.
+    ``position_follows`` is the correlation of position and input, ``position_movement`` how the position moves sample by sample, ``position_wrap_mm`` by how much it jumps from end to end of its range, ``position_rest`` where it stands still, ``off`` by how much position and reference read beside the input (share of its span), ``copies`` are the pairs of columns that hold the same numbers.
     ``filled`` is a stretch that was interpolated, ``held_while`` what the other channel moves by while a slow one is held (N).
     ``disorder`` tells how the rows were put in another order, ``dropouts`` are readings of one level that replace missing ones (input, output),
     ``roughness`` are the steps from one sample to the next over those between samples in any order, ``raw_correlation`` is that of all samples,
@@ -132,6 +133,8 @@ class Evidence:
     off: tuple[float, float]
     reference_gain: float
     reference_left: float
+    position_wrap_mm: float
+    position_rest: Rest | None
     reference_lag: tuple[float, float]
     movement: Movement
     copies: tuple[tuple[str, str], ...]

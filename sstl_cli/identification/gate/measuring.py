@@ -19,7 +19,9 @@ from sstl_cli.identification.gate.beside import (
     reference_gain,
     reference_lag,
     reference_left,
+    rest_of,
     span_of,
+    wrap_of,
 )
 from sstl_cli.identification.gate.causes import NO_CAUSES, causes_of, floor_of
 from sstl_cli.identification.gate.changes import Recorded
@@ -69,7 +71,7 @@ def evidence_of(run: Run) -> Evidence:
         correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, extremes=((math.nan, math.nan), (math.nan, math.nan)), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, clock_rate=None, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
         seam=(0.0, 0.0), seam_at_s=math.nan, seam_alone=False, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
-        position_span_mm=math.nan, position_follows=math.nan, position_movement=NO_MOVEMENT, off=(math.nan, math.nan), reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH, again=NEVER,
+        position_span_mm=math.nan, position_follows=math.nan, position_movement=NO_MOVEMENT, position_wrap_mm=math.nan, position_rest=None, off=(math.nan, math.nan), reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH, again=NEVER,
     )  # fmt: skip
     if len(run) < MIN_SAMPLES:
         return unknown
@@ -153,6 +155,8 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         position_follows=follows_of(run.position_in_mm, run.tension_in_n),
         position_movement=position_movement(run.position_in_mm),
         off=(off_of(run.position_in_mm, run.tension_in_n), off_of(run.tension_ref_n, run.tension_in_n)),
+        position_wrap_mm=wrap_of(run.position_in_mm, clean.tension_in_n),
+        position_rest=rest_of(run.time_s, run.position_in_mm, clean.tension_in_n),
         reference_gain=reference_gain(run.tension_ref_n, run.tension_in_n),
         reference_left=reference_left(run.tension_ref_n, clean.tension_in_n),
         reference_lag=reference_lag(run.time_s, run.tension_ref_n, run.tension_in_n),

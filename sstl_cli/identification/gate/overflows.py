@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 JUMP, BEYOND, STEADY = 0.7, 10.0, 0.1
 # by how many of the steps beside it, and by how many noises, a channel goes on over the end of its range
 AS_BESIDE, NOISES = 2.0, 8.0
+# correlation from which on a position rises with the tension
+FOLLOWS = 0.5
 
 
 def turns(values: Array, other: Array) -> NDArray[np.int64]:
@@ -36,27 +38,55 @@ def turns(values: Array, other: Array) -> NDArray[np.int64]:
     >>> int(turns(np.where(abs(pull - 6.0) < 0.5, 0.0, pull), 0.5 * pull).sum())
     0
     """
-    none = np.zeros(len(values), np.int64)
+    found = _gone_over(values, other)
+    if found is None:
+        return np.zeros(len(values), np.int64)
+    count = found[0]
+    high = float(np.min(other[count > 0])) > float(np.min(other)) + STEADY * float(np.ptp(other))
+    return count if high else np.zeros(len(values), np.int64)
+
+
+def turns_beside(position: Array, x: Array) -> NDArray[np.int64]:
+    """Return how many times each position (mm) has gone beyond the range of its counter, 0 everywhere where it does not, shape (n,).
+
+    What tells is that with its range more it goes on as it came and rises with the tension ``x`` (N) as a line that is pulled does, and without does not.
+    """
+    found = _gone_over(position, x)
+    if found is None:
+        return np.zeros(len(position), np.int64)
+    count, whole = found
+    follows, without = (float(np.corrcoef(v, x)[0, 1]) for v in (whole, position))
+    return count if follows > max(FOLLOWS, without) else np.zeros(len(position), np.int64)
+
+
+def _gone_over(values: Array, other: Array) -> tuple[NDArray[np.int64], Array] | None:
+    """Return how many times a channel has gone beyond its range, and what it would have read, None where it does not go on there as it came."""
     step = np.diff(values)
     over = np.abs(step) > JUMP * float(np.ptp(values))
     if not np.count_nonzero(over) >= 2:
-        return none
-    # as far as it jumps: its lowest and highest reading are farther apart where a recorder has interpolated between two
-    size = median(np.abs(step[over]))
+        return None
+    # as far as it jumps, and as it goes on meanwhile: its lowest and highest reading are farther apart where a recorder has interpolated between two
+    size = median(np.abs(step[over]) + _goes_on(step, over))
     if size <= BEYOND * median(np.abs(step)):
-        return none
+        return None
     count = np.concatenate(([0], np.cumsum(-np.sign(step) * over))).astype(np.int64)
     count -= count.min()
     if len(np.unique(values[count != _usual(count)])) == 1:
         # one number again and again tells that a reading is missing
-        return none
+        return None
     whole = values + size * count
     moved = np.abs(np.diff(whole))
     near = np.maximum(np.append(moved[1:], 0.0), np.insert(moved[:-1], 0, 0.0))
     smooth = moved[over] <= AS_BESIDE * near[over] + NOISES * noise_sd(whole)
     steady = quantile(np.abs(np.diff(other))[over], 0.9) < STEADY * float(np.ptp(other))
-    high = float(np.min(other[count > 0])) > float(np.min(other)) + STEADY * float(np.ptp(other))
-    return count if bool(smooth.all()) and steady and high else none
+    return (count, whole) if bool(smooth.all()) and steady else None
+
+
+def _goes_on(step: Array, over: NDArray[np.bool_]) -> Array:
+    """Return by how much a channel goes over the end of its range between two samples: as it does on either side."""
+    beside = np.where(over, 0.0, step)
+    onward = 0.5 * (np.append(beside[1:], 0.0) + np.insert(beside[:-1], 0, 0.0))
+    return np.asarray((-np.sign(step) * onward)[over], np.float64)
 
 
 def _usual(count: NDArray[np.int64]) -> int:
@@ -68,5 +98,7 @@ def size_n(values: Array, count: NDArray[np.int64]) -> float:
     """Return the range (N) of a channel that overflows, NaN where it does not: that of its readings, or how far it jumps where they reach farther."""
     if not count.any():
         return math.nan
-    jump, span = median(np.abs(np.diff(values))[np.diff(count) != 0]), float(np.ptp(values))
+    over = np.diff(count) != 0
+    step, span = np.diff(values), float(np.ptp(values))
+    jump = median(np.abs(step[over]) + _goes_on(step, over))
     return span if span <= jump * (1.0 + STEADY) else jump

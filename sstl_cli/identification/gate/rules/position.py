@@ -1,4 +1,4 @@
-"""A position in another unit than mm, with which a rig (or one run beside the others) would be too stiff or too soft, or one that counts the wrong way."""
+"""A position in another unit than mm, with which a rig (or one run beside the others) would be too stiff or too soft, or one that counts the wrong way, wraps around or stands still."""
 
 from __future__ import annotations
 
@@ -26,12 +26,18 @@ FEW = 3
 ANOTHERS = 2.0
 # logarithm of what the stiffness of one rig varies by from run to run
 ONE_RIG = 0.2
+# time (s) and part of the range of tension for which a position stands still, where a tendon relaxes by less than that in a hold
+STILL_S, STILL = 0.5, 0.5
 # by how much (logarithm of the likelihood) one unit must be likelier than another to be named alone
 LIKELIER = 2.0
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
-    """Yield runs whose tension over position no tendon has, or falls with it."""
+    """Yield runs whose tension over position no tendon has, or falls with it, and those whose position wraps around or stands still."""
+    lost = [*_wrapped(log), *_resting(log)]
+    yield from lost
+    lost_in = {name for r in lost for name in r.run_ids}
+    log = [e for e in log if e.run_id not in lost_in]
     moved = [e for e in log if e.tendon_like and e.loaded and math.isfinite(e.position_follows)]
     if moved and max(e.position_follows for e in moved) < AGAINST:
         worst = max(e.position_follows for e in moved)
@@ -68,6 +74,36 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                 f"{names([e.run_id for e in hit])}: tension over position is {k:.3g} N/mm, where tendons have 0.1 to 100; the "
                 f"position is probably in {unit}, not mm{counts}",
                 f'position_in_mm = {{ column = ..., unit = "{unit}" }}{scaled}',
+            )  # fmt: skip
+
+
+def _wrapped(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose position goes over from one end of its range to the other, as no line does."""
+    hit = [e for e in log if e.tendon_like and math.isfinite(e.position_wrap_mm)]
+    if hit:
+        ids, size = tuple(e.run_id for e in hit), max(e.position_wrap_mm for e in hit)
+        yield Remark(
+            ids, RULE, "remark", size, "mm",
+            f"{names(ids)}: the position jumps by {size:.4g} mm from one end of its range to the other in one sample while the tension goes on; the counter of the "
+            "encoder probably wraps around",
+            "position_in_mm = { column = (exported anew, with the turns counted) }, or no position_in_mm",
+        )  # fmt: skip
+
+
+def _resting(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose position stands still while the tension moves: a line of any stiffness grows longer."""
+    still = [(e, r) for e in log if e.tendon_like and e.loaded and (r := e.position_rest) is not None]
+    whole = [(e, r) for e, r in still if e.position_span_mm == 0.0]
+    part = [(e, r) for e, r in still if r.fine and r.length_s >= STILL_S and r.moved_n > STILL * e.ranges[0].span]
+    for hit, how in ((whole, "never changes"), (part, "stands still")):
+        if hit:
+            ids, r = tuple(e.run_id for e, _ in hit), max((r for _, r in hit), key=lambda r: r.moved_n)
+            where = "" if hit is whole else f" for {r.length_s:.3g} s from {r.at_s:.4g} s on"
+            yield Remark(
+                ids, RULE, "remark", r.moved_n, "N",
+                f"{names(ids)}: the position {how}{where} while the tension moves by {r.moved_n:.3g} N, and a line that is pulled grows longer; the encoder is probably "
+                "stuck or not connected, or it is that of an end that is held",
+                "position_in_mm = { column = (another column) }, or no position_in_mm",
             )  # fmt: skip
 
 
