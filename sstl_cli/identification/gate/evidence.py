@@ -35,6 +35,8 @@ MOST_WRAP = 2.3
 BACKLASH = 1.0
 # slope over that of the pull of an output at rest
 RESTS = 0.1
+# part of its span that a channel must go both ways to close a loop
+BACK = 0.5
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ class Evidence:
     ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``curve`` behind a curve of the output, ``clock_rate`` with another rate of its clock, ``ahead`` by how much the output leads, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
     numbers, ``digits_lost`` the part that lack a digit, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
     ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
-    ``loop_work`` what closed loops give (share of the input's way times the output's span; friction takes), ``extremes`` the smallest and largest reading of each channel,
+    ``loop_work`` what closed loops give (share of the input's way times the output's span; friction takes), ``both_ways`` the part of its span that each channel goes up as well as down, ``extremes`` the smallest and largest reading of each channel,
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
@@ -103,6 +105,7 @@ class Evidence:
     raw_correlation: float
     noise_correlation: float
     loop_work: float
+    both_ways: tuple[float, float]
     extremes: tuple[tuple[float, float], tuple[float, float]]
     roughness: tuple[float, float]
     disorder: Disorder
@@ -130,11 +133,11 @@ class Evidence:
     position_span_mm: float
     position_follows: float
     position_movement: Movement
+    position_wrap_mm: float
+    position_rest: Rest | None
     off: tuple[float, float]
     reference_gain: float
     reference_left: float
-    position_wrap_mm: float
-    position_rest: Rest | None
     reference_lag: tuple[float, float]
     movement: Movement
     copies: tuple[tuple[str, str], ...]
@@ -200,6 +203,16 @@ class Evidence:
     def loaded(self) -> bool:
         """Whether the input is driven over a part of its level; what follows a constant input is another movement."""
         return self.ranges[0].span > DRIVEN * self.ranges[0].largest
+
+    @property
+    def propagates_back(self) -> bool:
+        """Whether the output was seen to go both ways over most of what it goes: on one line friction, gain, zero and a curve are not told apart."""
+        return self.both_ways[1] >= BACK
+
+    @property
+    def comes_back(self) -> bool:
+        """Whether the input goes over most of its way both ways: what one direction takes shows beside the other one only."""
+        return self.both_ways[0] >= BACK
 
     def but_noise(self, i: int) -> bool:
         """Whether a channel (0 input, 1 output) shows no movement behind its noise: then it has no loops and no level of its own."""

@@ -26,6 +26,8 @@ RISES, APART = 0.08, 0.12
 COARSE = 0.03
 # what friction behind a sensor at its limit may leave of what friction, alone or with any other slip, leaves
 BETTER = 0.6
+# steps of a converter in the noise from which on a reading does not come many times in a row by chance
+STEPS = 3.0
 # part of what the input moves by that an output must
 MOVES = 0.1
 # time constants (s) of a slow output that are tried, and what they may leave of what friction leaves
@@ -47,6 +49,21 @@ def limits_of(
         return into, math.nan
     out = limit_of(t, y, x, noise[::-1], steps[1], driven=True)
     return into, out if math.isfinite(out) and _cut_off(x, y, noise[1], out, causes) else math.nan
+
+
+def end_of(v: Array, other: Array, noise_n: float, step_n: float) -> float:
+    """Return the highest reading (N) of a channel that repeats it to the last digit again and again against its noise, NaN where it does not.
+
+    A reading with noise comes again by chance for a few samples, and a sensor that stops does so anywhere and once. What is held by a slower
+    sensor has to be left out before: it repeats every reading.
+    """
+    top = float(np.max(v))
+    if not noise_n > STEPS * step_n:
+        return math.nan
+    ends = [(a, b) for a, b in stretches(v == top) if b - a >= LEAST_POINTS]
+    moved = max((float(np.ptp(other[a:b])) for a, b in ends), default=0.0)
+    shown = len(ends) >= STRETCHES and float(np.mean(v == top)) > REST_SHARE
+    return top if shown and moved > GOES_ON * float(np.ptp(other)) else math.nan
 
 
 def _cut_off(x: Array, y: Array, noise_n: float, level: float, causes: Causes) -> bool:

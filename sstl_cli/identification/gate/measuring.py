@@ -34,7 +34,7 @@ from sstl_cli.identification.gate.fingerprints import NEVER, NO_KEYS, NO_SKETCH,
 from sstl_cli.identification.gate.hum import hum_of
 from sstl_cli.identification.gate.jumps import channel_of
 from sstl_cli.identification.gate.lost import lost_of
-from sstl_cli.identification.gate.movement import NO_MOVEMENT, loop_work, movement_of
+from sstl_cli.identification.gate.movement import NO_MOVEMENT, both_ways, loop_work, movement_of
 from sstl_cli.identification.gate.noises import line_share, noise_correlation, noise_ratio
 from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
 from sstl_cli.identification.gate.seam import LEAST_JUMP, alone_at, seam_of
@@ -68,7 +68,7 @@ def evidence_of(run: Run) -> Evidence:
         duration_s=float(run.time_s[-1] - run.time_s[0]) if len(run) else 0.0,
         sensors=sensors_of(run),
         usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
-        correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, extremes=((math.nan, math.nan), (math.nan, math.nan)), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, clock_rate=None, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
+        correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, both_ways=(0.0, 0.0), extremes=((math.nan, math.nan), (math.nan, math.nan)), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, clock_rate=None, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
         seam=(0.0, 0.0), seam_at_s=math.nan, seam_alone=False, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
         position_span_mm=math.nan, position_follows=math.nan, position_movement=NO_MOVEMENT, position_wrap_mm=math.nan, position_rest=None, off=(math.nan, math.nan), reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH, again=NEVER,
@@ -135,7 +135,8 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         ranges=ranges,
         line_share=(line_share(t, x), line_share(t, y)),
         correlation=correlation,
-        loop_work=loop_work(x, y),
+        loop_work=loop_work(x, y, noises[0]),
+        both_ways=(both_ways(x, noises[0]), both_ways(y, noises[1])),
         copy_rms=math.sqrt(max(1.0 - correlation**2, 0.0)) * float(np.std(y)) / max(ranges[1].span, 1e-300),
         slopes=agreed(slopes, play, causes, noises[1], ranges[0].span, max(floor_of(noises[1], y), steps[1]), noises[0]),
         play=play,
@@ -154,9 +155,9 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         position_span_mm=span_of(run.position_in_mm),
         position_follows=follows_of(run.position_in_mm, run.tension_in_n),
         position_movement=position_movement(run.position_in_mm),
-        off=(off_of(run.position_in_mm, run.tension_in_n), off_of(run.tension_ref_n, run.tension_in_n)),
         position_wrap_mm=wrap_of(run.position_in_mm, clean.tension_in_n),
         position_rest=rest_of(run.time_s, run.position_in_mm, clean.tension_in_n),
+        off=(off_of(run.position_in_mm, run.tension_in_n), off_of(run.tension_ref_n, run.tension_in_n)),
         reference_gain=reference_gain(run.tension_ref_n, run.tension_in_n),
         reference_left=reference_left(run.tension_ref_n, clean.tension_in_n),
         reference_lag=reference_lag(run.time_s, run.tension_ref_n, run.tension_in_n),

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -15,6 +17,8 @@ POINTS = 128
 SHIFT, LEAST = 0.1, 0.4
 # part of the samples beyond either end between which the middle of an input lies
 TAIL = 0.02
+# part of its span, and noises, by which a channel must go back to have turned
+TURN, NOISES = 0.1, 8.0
 
 
 @dataclass(frozen=True)
@@ -59,20 +63,60 @@ def unlike(a: Movement, b: Movement, faster: float = 1.0) -> float:
     return min(left)
 
 
-def loop_work(x: Array, y: Array) -> float:
+@njit(cache=True, nogil=True)
+def turns_by(x: Array, least: float) -> NDArray[np.int64]:
+    """Return where a channel turns by more than ``least`` (N), its ends with them."""
+    turns, low, high, rising = [0], 0, 0, 0
+    for k in range(len(x)):
+        v = x[k]
+        low, high = (k if v < x[low] else low), (k if v > x[high] else high)
+        if rising >= 0 and v < x[high] - least:
+            turns.append(high)
+            low, rising = k, -1
+            high = k
+        elif rising <= 0 and v > x[low] + least:
+            turns.append(low)
+            high, rising = k, 1
+            low = k
+    turns.append(len(x) - 1)
+    return np.array(turns, np.int64)
+
+
+def turns_of(x: Array, noise_n: float) -> NDArray[np.int64]:
+    """Return where a channel turns beyond its noise (N), its ends with them."""
+    return turns_by(np.ascontiguousarray(x), max(TURN * float(np.ptp(x)), NOISES * noise_n))
+
+
+def both_ways(v: Array, noise_n: float) -> float:
+    """Return the part of its span that a channel goes up as well as down: the lesser of its longest rise and its longest fall beyond noise (N).
+
+    What is pulled alone, or released alone, goes one way: friction, gain and zero are then one line, and no law is told from another one.
+    """
+    ways, span = np.diff(v[turns_of(v, noise_n)]), float(np.ptp(v))
+    return max(0.0, min(float(np.max(ways)), float(-np.min(ways)))) / span if span > 0.0 else 0.0
+
+
+def loop_work(x: Array, y: Array, noise_n: float = 0.0) -> float:
     """Return what an output gives in closed loops of its input, as a share of the input's way times the output's span, 0 without a loop.
 
-    Between two passages of the middle in one direction any law without memory gives nothing; friction takes.
+    Between two passages of the middle in one direction any law without memory gives nothing; friction takes. An input that lingers there passes
+    it again and again by its noise (N) alone: a passage counts where the input turned between it and the last one.
     """
     middle = 0.5 * float(np.quantile(x, TAIL) + np.quantile(x, 1.0 - TAIL))
-    above = x >= middle
-    passages = [np.flatnonzero(above[1:] & ~above[:-1]), np.flatnonzero(~above[1:] & above[:-1])]
+    above, ends = x >= middle, turns_of(x, noise_n)
+    up, down = np.flatnonzero(above[1:] & ~above[:-1]), np.flatnonzero(~above[1:] & above[:-1])
+    # from one turn to the next a movement passes the middle once, whatever noise adds
+    ways = [(int(a), int(b), bool(x[b] > x[a])) for a, b in pairwise(ends)]
+    passages = [
+        [int(p[(p >= a) & (p < b)][0]) for a, b, rises in ways if rises is way and np.any((p >= a) & (p < b))]
+        for p, way in ((up, True), (down, False))
+    ]
     closed = [p for p in passages if len(p) > 1]
     if not closed:
         return 0.0
-    first, last = max(((int(p[0]), int(p[-1])) for p in closed), key=lambda p: p[1] - p[0])
-    ends = [(middle - x[k]) / (x[k + 1] - x[k]) for k in (first, last)]
-    begun, ended = ((1.0 - part) * y[k] + part * y[k + 1] for part, k in zip(ends, (first, last), strict=True))
+    first, last = max(((p[0], p[-1]) for p in closed), key=lambda p: p[1] - p[0])
+    parts = [(middle - x[k]) / (x[k + 1] - x[k]) for k in (first, last)]
+    begun, ended = ((1.0 - part) * y[k] + part * y[k + 1] for part, k in zip(parts, (first, last), strict=True))
     u = np.concatenate(([middle], x[first + 1 : last + 1], [middle]))
     v = np.concatenate(([begun], y[first + 1 : last + 1], [ended]))
     way, span = float(np.sum(np.abs(np.diff(u)))), float(np.ptp(v))

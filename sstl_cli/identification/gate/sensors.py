@@ -30,6 +30,8 @@ COARSE = 0.7
 REPEATS, STRAYS, STRAYS_BESIDE, RARE_NATS = 0.02, 0.02, 0.1, 14.0
 # part of a run over which one value must last where no noise tells a dead sensor from a resting one
 LONG_SHARE = 0.15
+# renewals of one value that are a stretch of it
+LONG_FRESH = 8.0
 # part of the span by which a sensor must jump that comes back
 COMES_BACK = 0.25
 # samples beside a stretch whose middle one or two spikes do not move
@@ -288,6 +290,12 @@ def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise
     held = v[edges[:-1]]
     limit = 10.0 * noise + 4.0 * quantile(np.abs(np.diff(v)), 0.98)
     before, after = _around(v, edges)
+    long = fresh > LONG_FRESH
+    # a sensor that stops does not stop twice at the very end of its range: what does is at its limit
+    limit_again = np.zeros(len(held), np.bool_)
+    for end in (v.min(), v.max()):
+        there = held == end
+        limit_again |= there & (np.sum(there & long) > 1)
     left = np.abs(after - held) > limit
     jump = left | (np.abs(before - held) > limit)
     white = noisy(v[changed])
@@ -297,7 +305,7 @@ def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise
         # a release that multiplies the input's steps leaves a rest fast, but not by a good part of all that was ever read
         least = max(4.0 * step, 8.0 * usual) + (10.0 * noise if white else 0.0)
         left = np.abs(after - held) > max(least, COMES_BACK * float(np.ptp(v)))
-        long = left & (lengths > LONG_SHARE * len(v)) & (fresh > 8.0)
+        long &= left & (lengths > LONG_SHARE * len(v)) & ~limit_again
         return _longest(long, left, edges)
     # chance that a fresh sample repeats the one before
     chance = max(min(0.5, step / (3.5 * noise)), min(0.5, float(np.mean(fresh > 1.5)))) if step > 0.0 else 1e-3
@@ -308,7 +316,7 @@ def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise
     # a clip returns with every loop, a dead sensor does not come back
     dead = (edges[1:] == len(v)) & (lengths > 0.1 * len(v)) & (np.sum(long & ~inside) == 1)
     # between coarse levels an output in backlash rests and leaves without a jump
-    long &= (jump | dead) if step > COARSE * noise else (inside | jump | dead)
+    long &= ((jump | dead) if step > COARSE * noise else (inside | jump | dead)) & ~limit_again
     return _longest(long, left, edges)
 
 

@@ -7,22 +7,18 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from sstl_cli.core.stretches import stretches
 from sstl_cli.identification.gate import overflows
 from sstl_cli.identification.gate.causes import ZERO_OUT, Causes, best_fit, floor_of
 from sstl_cli.identification.gate.changes import Change, Recorded, change_of
-from sstl_cli.identification.gate.limits import limits_of
+from sstl_cli.identification.gate.limits import end_of, limits_of
+from sstl_cli.identification.gate.movement import NOISES, turns_of
 from sstl_cli.identification.gate.parted import Parted, parted_of
 from sstl_cli.identification.gate.rests import Rest, rest_of
 
 Array = NDArray[np.float64]
-# noises by which the output must move to go against its input
-NOISES = 8.0
-# part of its span by which an input turns
-TURN = 0.1
 # a fold: how near to zero (noise, part of the span) a channel must come, and the part of its way that an output goes against its input as it
 # stands and with its sign
 NEAR, NEAR_SHARE, MOST_NEAR, AGAINST, WITH, FAR = 8.0, 0.03, 0.1, 0.08, 0.02, 30.0
@@ -62,6 +58,8 @@ def shapes_of(
     noise = recorded.noise
     t, x, y = points
     limits = limits_of(points, noise, steps, causes)
+    ends = [end_of(c.values, raw[1 - i][c.at], noise[i], steps[i]) for i, c in enumerate(recorded.channels)]
+    limits = (limits[0] if math.isnan(ends[0]) else ends[0], limits[1] if math.isnan(ends[1]) else ends[1])
     over, under = overflows.turns(*raw), overflows.turns(*raw[::-1])
     wraps = (overflows.size_n(raw[0], over), overflows.size_n(raw[1], under))
     left = causes.least_n(float(t[-1] - t[0]))
@@ -77,32 +75,13 @@ def shapes_of(
 
 def against_of(x: Array, y: Array, noise: tuple[float, float]) -> float:
     """Return the part of its way that the output goes against the input, from each turn of the input to the next."""
-    turns = _turns(x, max(TURN * float(np.ptp(x)), NOISES * noise[0]))
+    turns = turns_of(x, noise[0])
     if len(turns) < 2:
         return 0.0
     way = np.diff(y[turns]) * np.sign(np.diff(x[turns]))
     way = np.where(np.abs(way) > NOISES * noise[1], way, 0.0)
     total = float(np.sum(np.abs(way)))
     return float(-np.sum(np.minimum(way, 0.0))) / total if total > 0.0 else 0.0
-
-
-@njit(cache=True, nogil=True)
-def _turns(x: Array, least: float) -> NDArray[np.int64]:
-    """Return where a channel turns by more than ``least`` (N), its ends with them."""
-    turns, low, high, rising = [0], 0, 0, 0
-    for k in range(len(x)):
-        v = x[k]
-        low, high = (k if v < x[low] else low), (k if v > x[high] else high)
-        if rising >= 0 and v < x[high] - least:
-            turns.append(high)
-            low, rising = k, -1
-            high = k
-        elif rising <= 0 and v > x[low] + least:
-            turns.append(low)
-            high, rising = k, 1
-            low = k
-    turns.append(len(x) - 1)
-    return np.array(turns, np.int64)
 
 
 def _folded(x: Array, y: Array, noise_n: float) -> float:

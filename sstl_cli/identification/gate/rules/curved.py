@@ -31,7 +31,13 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 
 def _curve(e: Evidence) -> Curve | None:
+    """Return the curve that a run holds: one way alone, friction that sets in along a path is a curve by itself."""
     c = e.curve
-    if c is None or not e.tendon_like or e.shapes.parted is not None or not (c.share < TAKES and c.rms_n < LITTLE * e.ranges[1].span):
+    if (
+        c is None
+        or not (e.tendon_like and e.propagates_back)
+        or e.shapes.parted is not None
+        or not (c.share < TAKES and c.rms_n < LITTLE * e.ranges[1].span)
+    ):
         return None
     return c if 0.0 < c.ratio < 1.0 / BENDS or c.ratio > BENDS else None

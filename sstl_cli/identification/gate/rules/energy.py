@@ -36,8 +36,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         yield Remark(
             tuple(e.run_id for e in hit), RULE, "failure", 100.0 * most, "%",
             f"{names([e.run_id for e in hit])}: the hysteresis loop runs the wrong way, so that friction would give energy (by {100 * most:.2g} % of the way of "
-            "both tensions); the output probably comes from another recording, runs backwards or was integrated, the input was filtered, or one "
-            "of the two is a difference of both",
+            "both tensions); the output probably comes from another recording, runs backwards, was integrated or went through a high-pass (AC coupling), the input "
+            "was filtered, or one of the two is a difference of both",
             column_line(1),
         )  # fmt: skip
 

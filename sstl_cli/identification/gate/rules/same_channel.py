@@ -17,6 +17,9 @@ MOVED = 20.0
 HIDDEN = 1.2
 # n theta of other runs of a bend that a run of it cannot lack, and what it takes from the usual tension, over the noise of both
 RUBS, SHOWS = 0.05, 5.0
+# part of the largest output at which the line of one tension may meet no input: sensors are zeroed to some percent, and within presliding an output
+# begins at what it was left at
+MEETS = 0.35
 SAID = dict(
     time_s="the clock", tension_in_n="the input", tension_out_n="the output", position_in_mm="the position", tension_ref_n="the reference"
 )
@@ -48,8 +51,10 @@ def _one_tension(moved: Sequence[Evidence]) -> Iterator[Remark]:
 
     On one straight tube two sensors may agree; where there are several bends, or both systems, they cannot in all.
     """
-    several = len({e.config_id for e in moved}) > 1 or len({e.system for e in moved}) > 1
-    if not several or not all(_lossless(e) for e in moved) or any(_copy(e) for e in moved):
+    # what goes one way shows no loss, and does not speak against it
+    tell = [e for e in moved if e.comes_back]
+    several = len({e.config_id for e in tell}) > 1 or len({e.system for e in tell}) > 1
+    if not several or not all(_lossless(e) for e in tell) or not all(_on_line(e) for e in moved) or any(_copy(e) for e in moved):
         return
     most = 100.0 * max(e.copy_rms for e in moved)
     ids = tuple(e.run_id for e in moved)
@@ -90,12 +95,24 @@ def _shows(e: Evidence, wrap: float) -> bool:
 
 
 def _lossless(e: Evidence) -> bool:
+    """Whether a run that goes both ways follows one line, and that of one tension: it goes to nothing with it, that of presliding does not."""
+    return e.comes_back and _on_line(e) and _from_nothing(e)
+
+
+def _on_line(e: Evidence) -> bool:
     """Whether a straight line from input to output leaves no more than the noise of both sensors, and is none of friction."""
     if e.causes.enough and e.causes.friction.wrap > RUBS:
         # a run that is only pulled, or only released, goes along one line
         return False
     (u, y), span = (s.noise_n for s in e.sensors), e.ranges[1].span
     return 0.0 < e.copy_rms * span < HIDDEN * math.hypot(u * span / max(e.ranges[0].span, 1e-12), y)
+
+
+def _from_nothing(e: Evidence) -> bool:
+    """Whether the line through the extremes of both channels meets no tension near nothing, a zero of the sensors aside."""
+    a, b = e.ranges
+    slope = b.span / max(a.span, 1e-12)
+    return abs(b.middle - slope * a.middle) < MEETS * b.largest
 
 
 def _told(log: Sequence[Evidence]) -> Iterator[Remark]:

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from sstl_cli.identification.gate.common_delay import common_delay
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.folded import beyond_fold, folds
 from sstl_cli.identification.gate.units import CHANNELS, WORDS
 
 RULE, RANK = "sign", 25
@@ -39,6 +40,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     # a movement that repeats, late by half a loop, falls as its input rises
     hit = [e for e in log if e.run_id not in told and e.tendon_like and _mirrored(e)]
     hit = [] if hit and common_delay(log) else hit
+    # a sensor that folds at zero in other runs does here, too
+    turned = folds(log) if hit else []
+    hit = [e for e in hit if not beyond_fold(e, turned)]
     if hit:
         number = min(e.correlation for e in hit)
         yield Remark(
