@@ -75,3 +75,46 @@ def test_current_of_a_transmitter_is_told_with_gain_and_zero() -> None:
 @pytest.mark.parametrize(("gain", "zero"), [(1.15, 2.0), (0.85, -0.1), (1.0, 2.0)])
 def test_gain_and_zero_of_sound_sensors_are_not_told(gain: float, zero: float) -> None:
     assert not remarks([bend(n, theta, s, gain, zero) for n, theta, s in (("a", 0.3, 1), ("a", 0.3, 2), ("b", 0.5, 3))])
+
+
+def creeping(run: Run, by: float = 0.004) -> Run:
+    """Return an output that goes on by a part of its span while its input rests or slows down, which is no play."""
+    slow, out = run.tension_out_n[0], []
+    for v in run.tension_out_n.tolist():
+        slow += 0.05 * (v - slow)
+        out.append(slow)
+    return replace(run, tension_out_n=run.tension_out_n + 8.0 * by * (np.array(out) - run.tension_out_n))
+
+
+BENDS = (("a", 0.2), ("b", 0.3), ("c", 0.4), ("d", 0.5))
+
+
+@pytest.mark.parametrize("gain", [1.25, 1.4])
+def test_gain_of_some_bends_is_told_where_a_creep_hides_the_noise(gain: float) -> None:
+    log = [creeping(bend(n, theta, 10 * k + s, gain if n in "cd" else 1.0)) for k, (n, theta) in enumerate(BENDS) for s in (1, 2)]
+    (said,) = remarks(log)
+    assert (said.rule, said.severity, said.run_ids) == ("gain", "remark", ("c-21", "c-22", "d-31", "d-32"))
+    assert np.sqrt(said.number) == pytest.approx(gain, rel=0.02)
+    assert "in the other runs" in said.sentence and "gain = 0." in said.mend
+    # of one run beside its own repetition as well
+    (alone,) = remarks(
+        [creeping(bend(n, theta, 10 * k + s, gain if (n, s) == ("c", 1) else 1.0)) for k, (n, theta) in enumerate(BENDS) for s in (1, 2)]
+    )
+    assert (alone.rule, alone.run_ids) == ("gain", ("c-21",))
+
+
+def test_creep_alone_is_no_gain() -> None:
+    assert not remarks([creeping(bend(n, theta, 10 * k + s), 0.004 * (1 + k)) for k, (n, theta) in enumerate(BENDS) for s in (1, 2)])
+
+
+def test_friction_that_differs_by_direction_is_no_gain_of_some_bends() -> None:
+    def turned(n: str, theta: float, seed: int) -> Run:
+        run = bend(n, 0.0, seed)
+        y = play(run.tension_in_n, (float(np.exp(-0.8 * theta)), 0.0, float(np.exp(1.2 * theta)), 0.0))
+        return replace(run, tension_out_n=y + 0.02 * np.random.default_rng(seed).standard_normal(len(y)))
+
+    # two light bends and two strong ones
+    bends = (("a", 0.2), ("b", 0.25), ("c", 1.0), ("d", 1.2))
+    assert not [
+        r for r in remarks([turned(n, theta, 10 * k + s) for k, (n, theta) in enumerate(bends) for s in (1, 2)]) if r.rule == "gain"
+    ]

@@ -7,6 +7,9 @@ from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 
+import numpy as np
+
+from sstl_cli.identification.gate.causes import MORE
 from sstl_cli.identification.gate.evidence import Evidence
 
 # calibrations of both sensors are within 15 % of each other (0.85 to 1.15 in the catalogue), and the same in all runs of a rig
@@ -19,6 +22,12 @@ PULLEY = 0.5 * math.log(1.25)
 SAME, STEP = 0.05, 0.12
 # runs of one movement on one bend on either side of a gain that came between them, and standard errors of the gain that it is beyond
 REPEATED, ERRORS = 2, 10.0
+# part of the largest friction by which bends of one gain must differ, and times the scatter about two gains that is left about a line of gain over friction
+DIFFERS, AS_LINE = 0.1, 3.0
+# what a gain leaves of what friction leaves where it is plain
+PLAIN = 0.15
+# part of the span that friction may leave of most runs for it to be compared with
+LITTLE = 0.02
 # times the noise that friction alone and with a zero leaves at the least where the gain leaves but noise
 FAR = 6.0
 # runs that must agree where all of them have the gain, and those that must have none beside one that has it
@@ -32,19 +41,38 @@ EXACT, TO_NOISE = 1e-3, 1.3
 OFFSET_N, OFFSET_SHARE = 2.5, 0.1
 
 
-def clear_gain(e: Evidence) -> float:
-    """Return the logarithm of the gain of a run that is explained to its noise by friction and a gain alone, NaN where it is not.
+def clear_gain(e: Evidence, usual_n: float = 0.0) -> float:
+    """Return the logarithm of the gain of a run that is explained by friction and a gain alone, NaN where it is not.
 
-    Of a run that friction alone explains it is that of its lines.
+    Explained is what leaves but noise, or no more than ``usual_n`` (N RMS), what friction leaves of runs like it: a line that creeps is no play to its noise.
+    Of a run that friction alone explains it is the gain of its lines.
     """
     if not e.tendon_like or not e.slopes.known:
         return math.nan
     c, found = e.causes, math.log(e.slopes.gain)
-    if c.enough:
+    noise = max(c.noise_n, usual_n)
+    if c.friction.rms_n <= MORE * noise:
         return found if abs(found) < SENSORS else math.nan
     without = min(c.friction.rms_n, c.zero_in.rms_n, c.zero_out.rms_n, c.reversed.rms_n)
-    exact = c.noise_alone(c.gain.rms_n) and without > FAR * c.noise_n
+    exact = c.gain.rms_n <= MORE * noise and without > FAR * noise
     return c.gain.size if exact and abs(found - c.gain.size) < SAME else math.nan
+
+
+def _usual_n(e: Evidence, log: Sequence[Evidence]) -> float:
+    """Return what friction, with a gain or without, leaves of the runs of a system (N RMS, as a share of the outputs' spans), of most of them."""
+    like = [o for o in log if o.tendon_like and (o.system, o.tendon) == (e.system, e.tendon)]
+    left = [
+        min(v for v in (o.causes.friction.rms_n, o.causes.gain.rms_n, math.inf) if not math.isnan(v)) / max(o.ranges[1].span, 1e-300)
+        for o in like
+    ]
+    # one run alone is none to compare with
+    share = sorted(left)[len(left) // 2] if len(left) > BESIDE else 0.0
+    return share * e.ranges[1].span if share < LITTLE else 0.0
+
+
+def _known(log: Sequence[Evidence]) -> list[tuple[float, Evidence]]:
+    """Return the runs whose gain is clear to what friction leaves of the runs of their system, with its logarithm."""
+    return [(g, e) for e in log if math.isfinite(g := clear_gain(e, _usual_n(e, log)))]
 
 
 def allowed(e: Evidence) -> float:
@@ -54,7 +82,7 @@ def allowed(e: Evidence) -> float:
 
 def clear_alone(log: Sequence[Evidence]) -> dict[str, float]:
     """Return the gains of single runs that stand alone, clear beyond doubt, where the other runs of the system agree on another one."""
-    known = [(g, e) for e in log if math.isfinite(g := clear_gain(e))]
+    known = _known(log)
     found = {}
     for g, e in known:
         others = [(v, o) for v, o in known if o is not e and (o.system, o.tendon) == (e.system, e.tendon)]
@@ -68,17 +96,44 @@ def clear_alone(log: Sequence[Evidence]) -> dict[str, float]:
 
 
 def clear_repeats(log: Sequence[Evidence]) -> dict[str, float]:
-    """Return the gains of several runs of a system where they agree on one and the others on none, in repetitions of one movement on one bend as well."""
-    known = [(g, e) for e in log if math.isfinite(g := clear_gain(e))]
+    """Return the gains of several runs of a system where they agree on one and the others on none, in repetitions of one movement on one bend as well,
+    or on several bends that rub as differently as they like.
+    """
+    known = _known(log)
     found = {}
     for key in sorted({(e.system, e.tendon) for _, e in known}, key=str):
         runs = sorted(((g, e) for g, e in known if (e.system, e.tendon) == key), key=lambda v: v[0])
         apart = [b[0] - a[0] for a, b in pairwise(runs)]
         at = 1 + max(range(len(apart)), key=apart.__getitem__) if apart else 0
         rest, hit = sorted((runs[:at], runs[at:]), key=lambda side: abs(side[len(side) // 2][0]) if side else 0.0)
-        if _agree(rest) and _agree(hit) and _parted(rest, hit) and _together(rest, hit) and max(abs(g) for g, _ in rest) < SAME:
+        if (
+            _agree(rest)
+            and _agree(hit)
+            and _parted(rest, hit)
+            and (_together(rest, hit) or _by_no_friction(rest, hit))
+            and max(abs(g) for g, _ in rest) < SAME
+        ):
             found.update({e.run_id: math.exp(g) for g, e in hit})
     return found
+
+
+def clear_some(log: Sequence[Evidence]) -> dict[str, float]:
+    """Return the gains of runs that have another one than the rest: alone, several of them, and runs of their bends that tell the same less clearly."""
+    alone, several = clear_alone(log), clear_repeats(log)
+    found = {**several, **alone} if _one_gain([*several.values(), *alone.values()]) else alone or several
+    if not found:
+        return found
+    usual = float(np.median(list(found.values())))
+    bends = {(e.config_id, e.location, e.tendon) for e in log if e.run_id in found}
+    beside = [e for e in log if e.run_id not in found and e.tendon_like and (e.config_id, e.location, e.tendon) in bends]
+    for e in beside if len(found) >= REPEATED else []:
+        if abs(e.causes.gain.size - math.log(usual)) < SAME and e.causes.holds(e.causes.gain.rms_n, PLAIN):
+            found[e.run_id] = math.exp(e.causes.gain.size)
+    return found
+
+
+def _one_gain(gains: Sequence[float]) -> bool:
+    return len(gains) > 0 and math.log(max(gains) / min(gains)) < SAME
 
 
 def _agree(runs: Sequence[tuple[float, Evidence]]) -> bool:
@@ -97,6 +152,23 @@ def _together(rest: Sequence[tuple[float, Evidence]], hit: Sequence[tuple[float,
     """Whether one movement on one bend was recorded again and again in both groups: neither movement nor bend makes the gain."""
     cells = [Counter((e.config_id, e.location, e.trajectory) for _, e in side) for side in (rest, hit)]
     return any(None not in (c[0], c[2]) and min(cells[0][c], cells[1][c]) >= REPEATED for c in cells[0])
+
+
+def _by_no_friction(rest: Sequence[tuple[float, Evidence]], hit: Sequence[tuple[float, Evidence]]) -> bool:
+    """Whether each of the two groups holds several bends whose friction differs, and their gains do not go with it but by the step between the groups.
+
+    Release times pull is the square of a gain whatever the bend; a direction that rubs more makes it a part of the friction.
+    """
+    sides = [[(e.slopes.friction, g) for g, e in side] for side in (rest, hit)]
+    several = all(len({(e.config_id, e.location) for _, e in side}) > 1 for side in (rest, hit))
+    apart = [max(f for f, _ in side) - min(f for f, _ in side) for side in sides]
+    if not several or min(apart) < DIFFERS * max(f for side in sides for f, _ in side):
+        return False
+    friction, gains = (np.array([v[i] for side in sides for v in side]) for i in (0, 1))
+    line = gains - np.polyval(np.polyfit(friction, gains, 1), friction)
+    step = np.concatenate([np.array([g for _, g in side]) - float(np.mean([g for _, g in side])) for side in sides])
+    floor = max(e.slopes.friction_se for _, e in (*rest, *hit))
+    return float(np.std(line)) > AS_LINE * max(float(np.std(step)), floor)
 
 
 def clear_everywhere(log: Sequence[Evidence]) -> dict[str, float]:

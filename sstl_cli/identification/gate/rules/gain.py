@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from sstl_cli.identification.gate.clear_gain import clear_alone, clear_everywhere, clear_repeats, scaled_anew
+from sstl_cli.identification.gate.clear_gain import clear_everywhere, clear_some, scaled_anew
 from sstl_cli.identification.gate.evidence import MOST_WRAP, Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
 from sstl_cli.identification.gate.units import FORCES, WORDS, force_unit, stated
@@ -101,7 +101,7 @@ def _clear(log: Sequence[Evidence], others: bool) -> Iterator[Remark]:
     """Yield gains that are small, or stand beside a zero, and leave nothing but noise; those of all runs where ``others`` have none of another size."""
     yield from _anew(log)
     every = {} if others else clear_everywhere(log)
-    found = every or clear_alone(log) or clear_repeats(log)
+    found = every or clear_some(log)
     hit = [e for e in log if e.run_id in found]
     if not hit:
         return
@@ -114,7 +114,7 @@ def _clear(log: Sequence[Evidence], others: bool) -> Iterator[Remark]:
     yield Remark(
         ids, RULE, "failure" if abs(math.log(g)) > math.log(IMPOSSIBLE) else "remark", g * g, "1",
         f"{names(ids)}: slope of pull times slope of release is {g * g:.3g} where friction gives 1{'' if every else ' and the other runs show it'}, so output and "
-        f"input differ by a factor of {g:.3g}, which with friction leaves nothing but noise; probably {what}",
+        f"input differ by a factor of {g:.3g}, which with friction leaves {'nothing but noise' if every else 'no more than in those'}; probably {what}",
         mend,
     )  # fmt: skip
 
@@ -157,11 +157,7 @@ def _adopted(g: float, e: Evidence, rig: float) -> float:
 def alone(log: Sequence[Evidence]) -> set[str]:
     """Return the names of runs whose gain stands alone among those of the others."""
     gains = [(gain_of(e), e) for e in log]
-    return (
-        {e.run_id for g, e in gains if g > 0.0 and abs(math.log(g)) > SINGLE and _others_fit(e, gains)}
-        | set(clear_alone(log))
-        | set(clear_repeats(log))
-    )
+    return {e.run_id for g, e in gains if g > 0.0 and abs(math.log(g)) > SINGLE and _others_fit(e, gains)} | set(clear_some(log))
 
 
 def _others_fit(e: Evidence, gains: list[tuple[float, Evidence]]) -> bool:
