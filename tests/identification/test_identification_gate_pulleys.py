@@ -37,6 +37,18 @@ def test_exchanged_labels_are_told_beside_a_pulley() -> None:
     assert [r.rule for r in remarks(apart)] == ["exchanged"]
 
 
+def test_loops_of_another_recorder_may_be_of_another_rig() -> None:
+    log = exchanged(pulled(dict.fromkeys(BENDS, 0.1)), "b20", "b60")
+    one = next(r for r in remarks(log) if r.rule == "exchanged")
+    assert "two rigs" not in one.sentence and "each rig" not in one.mend
+
+    def slower(r: Run) -> Run:
+        return replace(r, time_s=r.time_s[::2], tension_in_n=r.tension_in_n[::2], tension_out_n=r.tension_out_n[::2])
+
+    two = next(r for r in remarks([slower(r) if r.system == "sstl" else r for r in log]) if r.rule == "exchanged")
+    assert "act and loop come from two rigs: they differ in rate" in two.sentence and "a log for each rig" in two.mend
+
+
 @pytest.mark.parametrize("added", [(0.2, 0.1, 0.0, 0.1), (0.0, 0.3, 0.0, 0.3), (0.15, 0.0, 0.05, 0.0)])
 def test_a_return_path_of_other_bends_is_no_exchange(added: tuple[float, ...]) -> None:
     assert "exchanged" not in [r.rule for r in remarks(pulled(dict(zip(BENDS, added, strict=True))))]

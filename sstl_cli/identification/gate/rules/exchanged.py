@@ -9,7 +9,7 @@ import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
-from sstl_cli.identification.gate.rules.two_rigs import second_rig
+from sstl_cli.identification.gate.rules.two_rigs import recorders_differ, second_rig
 
 RULE, RANK = "exchanged", 49
 # of the logarithm: how far two passes may be from twice one pass, and from where on a bend does not fit its labels
@@ -79,12 +79,16 @@ def _said(bends: dict[str, dict[str, list[Evidence]]], odd: list[str], worst: fl
     systems = _out_of_order(bends)
     hit = [e for k in odd for s in systems for e in bends[k][s]]
     which = f"the {systems[0]} runs" if len(systems) == 1 else "the act runs or of the sstl runs"
+    act, sstl = ([e for b in bends.values() for e in b[system]] for system in ("act", "sstl"))
+    differ = recorders_differ(act, sstl)
+    # one rig has one recorder, whatever it pulls
+    rigs = f", or act and loop come from two rigs: they differ in {' and '.join(differ)}" if differ else ""
     return Remark(
         tuple(e.run_id for e in hit), RULE, "failure", 100.0 * math.expm1(worst), "%",
         f"{names([e.run_id for e in hit])}: friction of the loop over twice that of actuation {how} by a factor of {math.exp(worst):.3g} in "
         f"configurations {', '.join(odd)}, and fits in all of them once the configurations of {which} are exchanged; these labels are "
-        "probably shuffled, those of the systems are right",
-        "file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id",
+        f"probably shuffled, those of the systems are right{rigs}",
+        f"file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id{', or a log for each rig' if differ else ''}",
     )  # fmt: skip
 
 

@@ -104,6 +104,14 @@ def _both_sensed(low: list[list[Evidence]], high: list[list[Evidence]]) -> bool:
     return white and all(_apart([pair[i].noise_n for pair in one], [pair[i].noise_n for pair in other], BOTH) for i in (0, 1))
 
 
+def recorders_differ(first: Sequence[Evidence], second: Sequence[Evidence]) -> list[str]:
+    """Return in what the recorders of two groups of runs differ, nothing where they may be one: every run of the one from every run of the other."""
+    white = all(s.fine for e in (*first, *second) for s in e.sensors)
+    noises = [([e.sensors[i].noise_n for e in first], [e.sensors[i].noise_n for e in second]) for i in (0, 1)]
+    found = ["rate"] if _apart([e.dt_s for e in first], [e.dt_s for e in second], OTHER) else []
+    return [*found, "noise of both sensors"] if white and all(_apart(a, b, BOTH) for a, b in noises) else found
+
+
 def _apart(a: Sequence[float], b: Sequence[float], factor: float) -> bool:
     """Whether all of the one are larger than all of the other by a factor."""
     return min(b) > factor * max(a) or min(a) > factor * max(b)
