@@ -26,6 +26,8 @@ REPEATED, ERRORS = 2, 10.0
 DIFFERS, AS_LINE = 0.1, 3.0
 # what a gain leaves of what friction leaves where it is plain
 PLAIN = 0.15
+# factor between the input's noises of two recorders
+OTHER = 1.2
 # part of the span that friction may leave of most runs for it to be compared with
 LITTLE = 0.02
 # times the noise that friction alone and with a zero leaves at the least where the gain leaves but noise
@@ -58,21 +60,17 @@ def clear_gain(e: Evidence, usual_n: float = 0.0) -> float:
     return c.gain.size if exact and abs(found - c.gain.size) < SAME else math.nan
 
 
-def _usual_n(e: Evidence, log: Sequence[Evidence]) -> float:
-    """Return what friction, with a gain or without, leaves of the runs of a system (N RMS, as a share of the outputs' spans), of most of them."""
-    like = [o for o in log if o.tendon_like and (o.system, o.tendon) == (e.system, e.tendon)]
-    left = [
-        min(v for v in (o.causes.friction.rms_n, o.causes.gain.rms_n, math.inf) if not math.isnan(v)) / max(o.ranges[1].span, 1e-300)
-        for o in like
-    ]
-    # one run alone is none to compare with
-    share = sorted(left)[len(left) // 2] if len(left) > BESIDE else 0.0
-    return share * e.ranges[1].span if share < LITTLE else 0.0
-
-
 def _known(log: Sequence[Evidence]) -> list[tuple[float, Evidence]]:
-    """Return the runs whose gain is clear to what friction leaves of the runs of their system, with its logarithm."""
-    return [(g, e) for e in log if math.isfinite(g := clear_gain(e, _usual_n(e, log)))]
+    """Return the runs whose gain is clear to what friction, with it or without, leaves of most runs of their system, with its logarithm."""
+    left: dict[object, list[float]] = {}
+    for e in log:
+        if e.tendon_like and not math.isnan(e.causes.friction.rms_n):
+            least = min(v for v in (e.causes.friction.rms_n, e.causes.gain.rms_n) if not math.isnan(v))
+            left.setdefault((e.system, e.tendon), []).append(least / max(e.ranges[1].span, 1e-300))
+    # one or two runs are none to compare with
+    usual = {key: v if (v := float(np.median(shares))) < LITTLE else 0.0 for key, shares in left.items() if len(shares) > BESIDE}
+    gains = ((clear_gain(e, usual.get((e.system, e.tendon), 0.0) * e.ranges[1].span), e) for e in log)
+    return [(g, e) for g, e in gains if math.isfinite(g)]
 
 
 def allowed(e: Evidence) -> float:
@@ -163,6 +161,10 @@ def _by_no_friction(rest: Sequence[tuple[float, Evidence]], hit: Sequence[tuple[
     several = all(len({(e.config_id, e.location) for _, e in side}) > 1 for side in (rest, hit))
     apart = [max(f for f, _ in side) - min(f for f, _ in side) for side in sides]
     if not several or min(apart) < DIFFERS * max(f for side in sides for f, _ in side):
+        return False
+    # a gain of the output leaves the input as noisy as it was: else the recorder is another one, and ``odd_run`` tells two rigs
+    noises = [[e.sensors[0].noise_n for _, e in side] for side in (rest, hit)]
+    if max(min(noises[0]) / max(*noises[1], 1e-300), min(noises[1]) / max(*noises[0], 1e-300)) > OTHER:
         return False
     friction, gains = (np.array([v[i] for side in sides for v in side]) for i in (0, 1))
     line = gains - np.polyval(np.polyfit(friction, gains, 1), friction)

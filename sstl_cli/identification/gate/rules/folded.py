@@ -34,7 +34,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         )  # fmt: skip
     if hit:
         size = float(np.median([e.shapes.fold_n for e in hit]))
-        hit = [e for e in log if e in hit or beyond_fold(e, hit)]
+        own = {e.run_id for e in hit}
+        hit = [e for e in log if e.run_id in own or beyond_fold(e)]
         yield Remark(
             tuple(e.run_id for e in hit), RULE, "failure", size, "N",
             f"{names([e.run_id for e in hit])}: the output turns back at zero against its input, which no friction does, and goes with it once "
@@ -49,10 +50,10 @@ def folds(log: Sequence[Evidence]) -> list[Evidence]:
     return [e for e in log if e.usable and math.isfinite(e.shapes.fold_n) and e.dropouts[1] is None]
 
 
-def beyond_fold(e: Evidence, folded: Sequence[Evidence]) -> bool:
-    """Whether an output that falls as its input rises is that of a sensor which folds in other runs, where it never comes back to zero."""
+def beyond_fold(e: Evidence) -> bool:
+    """Whether an output that falls as its input rises may be that of a sensor which folds in other runs, and here never comes back to zero."""
     never_negative = e.extremes[1][0] >= -e.sensors[1].noise_n
-    return any(o.tendon_like for o in folded) and e.tendon_like and e.correlation < FALLS and never_negative
+    return e.tendon_like and e.correlation < FALLS and never_negative
 
 
 def _inputs(hit: Sequence[Evidence]) -> Iterator[Remark]:

@@ -41,8 +41,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     hit = [e for e in log if e.run_id not in told and e.tendon_like and _mirrored(e)]
     hit = [] if hit and common_delay(log) else hit
     # a sensor that folds at zero in other runs does here, too
-    turned = folds(log) if hit else []
-    hit = [e for e in hit if not beyond_fold(e, turned)]
+    turned = bool(hit) and any(e.tendon_like for e in folds(log))
+    hit = [e for e in hit if not (turned and beyond_fold(e))]
     if hit:
         number = min(e.correlation for e in hit)
         yield Remark(
