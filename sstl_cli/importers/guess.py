@@ -62,7 +62,7 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     named = name_pattern([p.stem for p in paths]) if pair is None else _pair_labels(looks, pair)
     if named.reason:
         reasons.append(named.reason)
-    toml = written(Proposal(look.format.ID, look.names, look.data, look.time, roles, named, pair, look.labels, look.runs))
+    toml = written(Proposal(look.format.ID, look.names, look.data, look.time, roles, named, pair, look.labels, look.runs, look.own))
     # an import reads every file that has the columns, whatever else it has
     covered = [x for x in looks if look.used <= set(x.channels)]
     toml = with_doubts(toml, look, covered) if pair is None else with_doubts_of_pairs(toml, pair)
@@ -117,7 +117,8 @@ def _pair_labels(looks: list[Look], pair: Pair) -> Named:
 
 
 def _preview(look: Look, roles: Roles, pair: Pair | None) -> list[str]:
-    if pair is not None or not roles.first or not roles.second:
+    # row n of two clocks is no sample of one loop
+    if pair is not None or not roles.first or not roles.second or any(s.name in look.own for s in (*roles.first, *roles.second)):
         return []
     names = [[s.name for s in many] for many in (roles.first, roles.second)]
     values = [look.data[n[0]] - look.data[n[1]] if len(n) == 2 else look.data[n[0]] for n in names]

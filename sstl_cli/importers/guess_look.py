@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
+from sstl_cli.importers.guess_clocks import Clocks, trimmed, with_own_clocks
 from sstl_cli.importers.guess_labels import LabelColumn, label_columns, label_names, rows_of_first, runs_in
 from sstl_cli.importers.guess_marks import asking, with_marks
 from sstl_cli.importers.guess_names import Said, contradicted, said
@@ -46,6 +48,7 @@ class Look:
     tensions: tuple[Said, ...] = ()
     labels: tuple[LabelColumn, ...] = ()
     runs: str = ""
+    own: Mapping[str, TimeGuess] = field(default_factory=dict)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -87,6 +90,12 @@ def look_at(path: Path, wanted: str | None) -> Look:
     moving = [s for s in names if s.name in data and s.name != time.channel and moves(data[s.name])]
     _refuse_long(path, found, moving)
     roles = guess_roles(moving, data)
+    clocks = Clocks(time)
+    if not own:
+        tensions = [s.name for s in (*roles.first, *roles.second)]
+        table = chosen.ID in ("text", "parquet")
+        clocks = with_own_clocks(names, data, time, tensions, table, lambda s: guess_time([s], {s.name: trimmed(data[s.name])}, []))
+        time = clocks.time
     clock = own.get(roles.first[0].name) if roles.first else None
     if clock is not None:
         # formats with a clock for each channel tell the time themselves, in s
@@ -97,7 +106,7 @@ def look_at(path: Path, wanted: str | None) -> Look:
     time = replace(time, reasons=(*time.reasons, *left_out))
     if labelled := [f"'{c.name}' is '{c.label}'" for c in channels if c.label]:
         time = replace(time, reasons=(f"by its labels {', '.join(labelled)}", *time.reasons))
-    return Look(path, chosen, tuple(names), data, time, roles, tuple(measured(moving)), labels, runs)
+    return Look(path, chosen, tuple(names), data, time, roles, tuple(measured(moving)), labels, runs, clocks.own)
 
 
 def _refuse_long(path: Path, found: list[Channel], moving: list[Said]) -> None:

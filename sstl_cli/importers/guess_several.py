@@ -59,7 +59,7 @@ def _differing(look: Look, looks: Sequence[Look]) -> dict[str, str]:
 
 def _columns(look: Look) -> dict[str, str]:
     """Return the lines of [columns] that one file alone would have, by what they give."""
-    toml = written(Proposal(look.format.ID, look.names, look.data, look.time, look.roles, Named(), None, look.labels, look.runs))
+    toml = written(Proposal(look.format.ID, look.names, look.data, look.time, look.roles, Named(), None, look.labels, look.runs, look.own))
     body = toml.partition("[columns]\n")[2].partition("\n\n")[0]
     return {line.partition(" = ")[0]: line for line in body.split("\n") if not line.startswith("#")}
 

@@ -91,7 +91,9 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
         sides = {s.side for s in named if s.side}
         if len(sides) == 2:
             found = _of(best, data[best.name], reasons, told)
-            ask = 'each side has its own clock: add time = "..." to the other tension'
+            other = "out" if best.side == "in" else "in"
+            clock = next((s.name for s in named if s.side == other), "...")
+            ask = f"each side has its own clock: add time = {json.dumps(clock, ensure_ascii=False)} to tension_{other}_n"
             return replace(found, line=found.line.partition(MARK)[0] + MARK + ask)
         if (parts := _in_parts(best, names, data)) is not None:
             return _by_rate(parts, reasons)
@@ -105,7 +107,7 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
     even = [s for s in clocks if _even(data[s.name]) and _repeats(data[s.name]) <= SWITCHED]
     if even:
         told = _ms_or_s(data[even[0].name], names, data, stated)
-        return _of(even[0], data[even[0].name], reasons, told, sure=_is_epoch(even[0], data[even[0].name]))
+        return _of(even[0], data[even[0].name], reasons, told, sure=_named_epoch(even[0], data[even[0].name]))
     hint = f" ('{texts[0]}' holds text)" if texts else ""
     if stated is not None:
         return _by_rate(stated, reasons)
@@ -200,7 +202,12 @@ def _epoch(values: Array) -> str:
     return next((unit for start, unit in EPOCHS if start <= values[0] < EPOCH_LAST * start), "")
 
 
-def _is_epoch(one: Said, values: Array) -> bool:
+def is_epoch(values: Array) -> bool:
+    """Return whether a clock is unix time, or days since 1900, by its values: it begins long before the recording."""
+    return bool(_epoch(values)) or any(a <= values[0] < b for a, b in DAYS)
+
+
+def _named_epoch(one: Said, values: Array) -> bool:
     """Return whether a channel is unix time by its name and its values."""
     return bool(EPOCH_WORDS.intersection(one.words)) and bool(_epoch(values))
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.units import unit_of
+from sstl_cli.importers.guess_clocks import own_time
 from sstl_cli.importers.guess_files import Named, side_words, taken
 from sstl_cli.importers.guess_labels import LabelColumn
 from sstl_cli.importers.guess_look import Look, moves
@@ -64,6 +66,7 @@ class Proposal:
     pair: Pair | None
     labels: tuple[LabelColumn, ...] = ()
     runs: str = ""
+    own: Mapping[str, TimeGuess] = field(default_factory=dict)
 
 
 def written(p: Proposal) -> str:
@@ -80,9 +83,11 @@ def written(p: Proposal) -> str:
         data = p.data if p.pair is None else (p.pair.first if target == "tension_in_n" else p.pair.second).data
         line = _tension(target, p.roles, data)
         if p.pair is not None and target == "tension_out_n":
-            line = asked(_with(line, f"{file}{_own_time(p.pair)}"), _clock_question(p.pair.second.time))
+            clock = p.pair.second.time
+            line = asked(_with(line, ", ".join(filter(None, (file, own_time(clock))))), _clock_question(clock))
         else:
-            line = _with(line, file)
+            found = p.roles.of(target)[0]
+            line = _on_own_clock(_with(line, file), found[0] if found else None, p)
         lines.append(line)
     lines += _others(p)
     lines += [f"{c.target} = {json.dumps(c.column, ensure_ascii=False)}" + _mark(c.question) for c in p.labels]
@@ -170,10 +175,10 @@ def _others(p: Proposal) -> list[str]:
     lines = []
     for s in places:
         sure = len(places) == 1 and s.dimension == "length" and p.pair is None
-        lines.append(_other("position_in_mm", s, sure, "" if s.placed else ANY_LENGTH))
+        lines.append(_on_own_clock(_other("position_in_mm", s, sure, "" if s.placed else ANY_LENGTH), s, p))
     for s, v in references:
         sure = len(references) == 1 and s.dimension == "force" and p.pair is None and not negative(v)
-        lines.append(_other("tension_ref_n", s, sure))
+        lines.append(_on_own_clock(_other("tension_ref_n", s, sure), s, p))
     return lines
 
 
@@ -208,12 +213,10 @@ def _alone(word: str) -> str:
     return f"(?:^|[^A-Za-z]){word}(?:[^A-Za-z]|$)"
 
 
-def _own_time(pair: Pair) -> str:
-    channel = pair.second.time.channel
-    if channel is None:
-        return ""
-    unit = re.search(r'unit = "(\w+)"', pair.second.time.line)
-    return f", time = {json.dumps(channel, ensure_ascii=False)}, time_unit = {json.dumps(unit[1] if unit else 's')}"
+def _on_own_clock(line: str, one: Said | None, p: Proposal) -> str:
+    """Return the line of a channel with the clock that it has in a file with several."""
+    clock = p.own.get(one.name) if one is not None else None
+    return line if clock is None else asked(_with(line, own_time(clock)), _clock_question(clock))
 
 
 def asked(line: str, question: str) -> str:

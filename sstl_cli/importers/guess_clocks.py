@@ -1,0 +1,150 @@
+"""Several clocks in one file: equal ones are one clock; of others each tension gets the one in front of it, or is asked."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sstl_cli.core.units import unit_of
+from sstl_cli.importers.guess_names import Said
+from sstl_cli.importers.guess_time import MARK, TimeGuess, is_epoch, runs_forward
+
+Array = NDArray[np.float64]
+# of a step, how far equal clocks may lie apart where they are written with other places
+SAME_STEP = 0.01
+# of how long they run: a computer's clock against a card's, and never a clock of another rate
+SAME_RATE = 0.02
+# of two clocks of which one states no unit
+FACTORS = np.array([1.0, 60.0, 1e3, 3600.0, 6e4, 86_400.0, 1e6, 3.6e6, 6e7, 8.64e7, 1e9, 3.6e9, 8.64e10])
+
+
+@dataclass(frozen=True)
+class Clocks:
+    """The clock of a file, and of channels that have another one: that one by the channel's name."""
+
+    time: TimeGuess
+    own: Mapping[str, TimeGuess] = field(default_factory=dict)
+
+
+def own_time(clock: TimeGuess) -> str:
+    """Return the keys of a source that name a clock of its own, an empty text where it is no channel."""
+    if clock.channel is None:
+        return ""
+    unit, scale = re.search(r'unit = "(\w+)"', clock.line), re.search(r"scale = ([^ ,}]+)", clock.line)
+    tail = f", time_scale = {scale[1]}" if scale else ""
+    return f'time = {json.dumps(clock.channel, ensure_ascii=False)}, time_unit = "{unit[1] if unit else "s"}"{tail}'
+
+
+def with_own_clocks(
+    names: Sequence[Said], data: dict[str, Array], time: TimeGuess, used: Sequence[str], ordered: bool, one: Callable[[Said], TimeGuess]
+) -> Clocks:
+    """Return the clock of a file and those of single channels, where it has clocks that differ.
+
+    Parameters
+    ----------
+    names : sequence of Said
+        The numeric channels in the order of the file.
+    data : dict
+        First samples of each channel, shape (n,).
+    time : TimeGuess
+        The clock of the file by its name.
+    used : sequence of str
+        Channels of the input and the output tension, the input's first.
+    ordered : bool
+        Whether the file is a table whose columns stand as they were written.
+    one : callable
+        What a channel is as the only clock of the file.
+    """
+    clocks = [s for s in names if _is_clock(s, data)]
+    chosen = next((s for s in clocks if s.name == time.channel), None)
+    # clocks of either side by their names are asked already
+    if chosen is None or len(clocks) < 2 or len({s.side for s in clocks if s.side}) == 2:
+        return Clocks(time)
+    others = [s for s in clocks if s is not chosen]
+    # a coarse copy of the clock, such as minutes with two places, is no other one
+    fine = all((np.diff(trimmed(data[s.name])) > 0).all() for s in clocks)
+    in_front = _in_front(names, clocks) if ordered and fine else {}
+    # elapsed and unix time tell the same row, wherever they stand
+    meet = len({is_epoch(data[s.name]) for s in clocks}) == 1
+    if in_front and meet:
+        base = in_front.get(used[0], chosen) if used else chosen
+        time = time if base is chosen else one(base)
+        mapped = {s.name for s in names if s.name in used or s.quantity in ("position", "force")}
+        own = {n: s for n, s in in_front.items() if n in mapped and s is not base and not _equal(base, s, data)}
+        told = {n: one(s) for n, s in own.items()}
+        if not told:
+            return Clocks(time)
+        shown = ", ".join(f"'{n}' with '{s.name}'" for n, s in own.items())
+        return Clocks(replace(time, reasons=(*time.reasons, f"clocks that differ, each in front of its channels: {shown}")), told)
+    apart = next((s for s in others if _apart(chosen, s, data, meet) and _fits(s, used, data)), None)
+    if apart is None:
+        return Clocks(time)
+    ask = f"'{apart.name}' is another clock: whose? for a channel of its own clock add {own_time(one(apart))} to its line"
+    body, _, question = time.line.partition(MARK)
+    return Clocks(replace(time, line=body + MARK + "; ".join(filter(None, (question, ask)))))
+
+
+def trimmed(values: Array) -> Array:
+    """Return readings without the empty cells at the end of a column that is shorter than others."""
+    good = np.flatnonzero(np.isfinite(values))
+    return values[: good[-1] + 1] if len(good) else values[:0]
+
+
+def _is_clock(one: Said, data: dict[str, Array]) -> bool:
+    if one.name not in data or not (one.quantity == "time" or (one.dimension == "time" and not (one.quantity or one.side))):
+        return False
+    values = trimmed(data[one.name])
+    return runs_forward(values) and not (np.diff(values) < 0).any()
+
+
+def _in_front(names: Sequence[Said], clocks: list[Said]) -> dict[str, Said]:
+    """Return the clock of each channel where a table begins with one and each stands in front of its channels, else nothing."""
+    places = [i for i, s in enumerate(names) if s in clocks]
+    if places[0] != 0 or places[-1] == len(names) - 1 or any(b == a + 1 for a, b in pairwise(places)):
+        return {}
+    out: dict[str, Said] = {}
+    last = names[0]
+    for one in names:
+        last = one if one in clocks else last
+        if one not in clocks:
+            out[one.name] = last
+    return out
+
+
+def _seconds(one: Said, data: dict[str, Array]) -> Array:
+    return trimmed(data[one.name]) * (unit_of(one.unit)[1] if one.dimension == "time" else 1.0)
+
+
+def _equal(a: Said, b: Said, data: dict[str, Array]) -> bool:
+    """Return whether two clocks tell the same time in every row."""
+    x, y = _seconds(a, data), _seconds(b, data)
+    return len(x) == len(y) and bool(np.max(np.abs(x - y)) <= SAME_STEP * float(np.median(np.diff(x))))
+
+
+def _apart(a: Said, b: Said, data: dict[str, Array], meet: bool) -> bool:
+    """Return whether two clocks cannot be of the same rows: another length or rate, or another zero where their names are alike."""
+    x, y = _seconds(a, data), _seconds(b, data)
+    if len(x) != len(y):
+        return True
+    if meet and _alike(a.name) == _alike(b.name):
+        return not _equal(a, b, data)
+    factors = np.ones(1) if a.dimension == "time" and b.dimension == "time" else np.concatenate([FACTORS, 1.0 / FACTORS])
+    spans, ticks = [float(v[-1] - v[0]) for v in (x, y)], [float(np.max(np.diff(v))) for v in (x, y)]
+    near = np.abs(spans[0] - factors * spans[1]) <= SAME_RATE * spans[0] + ticks[0] + factors * ticks[1]
+    return not near.any()
+
+
+def _alike(name: str) -> str:
+    """Return a name without what numbers it: Time 1, Time 2, Time.2, Time A."""
+    return re.sub(r"[\W_]+|\d+|(?<![A-Za-z])[AB](?![A-Za-z])", "", name).lower()
+
+
+def _fits(clock: Said, used: Sequence[str], data: dict[str, Array]) -> bool:
+    """Return whether a tension has as many samples as a clock."""
+    return any(len(trimmed(data[n])) == len(trimmed(data[clock.name])) for n in used if n in data)

@@ -1,0 +1,99 @@
+"""Several clocks in one table: equal ones are one, an output on another gets its own, and what stands nowhere is asked."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from sstl_cli.importers.guess import Guess, guess
+
+N = 400
+
+
+def fin(t: float) -> float:
+    return 10.0 + 5.0 * (t % 3.0)
+
+
+def fout(t: float) -> float:
+    return 6.0 + 2.0 * (t % 3.0)
+
+
+def table(
+    folder: Path, head: str, first: Callable[[int], float], second: Callable[[int], float], order: str = "TITI", end: int = N
+) -> Guess:
+    """Write clocks ``first`` (0.01 s a row) and ``second`` in the order given: T and I are the input's, the second T and I the output's."""
+    lines = [head]
+    for i in range(N):
+        pairs = [(first(i), fin(0.01 * i)), (second(i), fout(0.01 * i))]
+        cells = {"T": [f"{t:.6f}" for t, _ in pairs], "I": [f"{v:.4f}" for _, v in pairs]}
+        if i >= end:
+            cells["T"][1] = cells["I"][1] = ""
+        lines.append(",".join(cells[letter].pop(0) for letter in order))
+    path = folder / "act.csv"
+    path.write_text("\n".join(lines) + "\n")
+    return guess([path])
+
+
+def columns(found: Guess) -> dict[str, dict[str, object]]:
+    return tomllib.loads(found.toml)["columns"]
+
+
+PAIRS = [
+    ("Zeit 1 [s],Kraft Motor [N],Zeit 2 [s],Kraft Spitze [N]", "Zeit 2 [s]"),
+    ("Time,Fin (N),Time,Fout (N)\ns,N,s,N", "Time.2"),
+    ("Time (s),Fin (N),t_daq (s),Fout (N)", "t_daq (s)"),
+]
+
+
+@pytest.mark.parametrize(("head", "clock"), PAIRS)
+@pytest.mark.parametrize("second", [lambda i: 0.005 * i, lambda i: 0.5 + 0.01 * i, lambda i: 0.01 * i + 0.004 * (i % 2)])
+def test_an_output_behind_a_clock_that_differs_gets_it(head: str, clock: str, second: Callable[[int], float], tmp_path: Path) -> None:
+    found = table(tmp_path, head, lambda i: 0.01 * i, second)
+    assert columns(found)["tension_out_n"]["time"] == clock and columns(found)["tension_out_n"]["time_unit"] == "s"
+    assert "time" not in columns(found)["tension_in_n"]
+    # row n of two clocks is no sample of one loop
+    assert found.preview == []
+
+
+@pytest.mark.parametrize(("head", "clock"), PAIRS)
+def test_equal_clocks_are_one(head: str, clock: str, tmp_path: Path) -> None:
+    found = table(tmp_path, head, lambda i: 0.01 * i, lambda i: 0.01 * i)
+    assert "time" not in columns(found)["tension_out_n"] and found.questions == []
+
+
+def test_a_clock_of_shorter_columns_is_the_outputs(tmp_path: Path) -> None:
+    found = table(tmp_path, "Zeit 1 [s],Kraft Motor [N],Zeit 2 [s],Kraft Spitze [N]", lambda i: 0.01 * i, lambda i: 0.05 * i, end=80)
+    assert columns(found)["tension_out_n"]["time"] == "Zeit 2 [s]"
+
+
+def test_the_clock_of_the_file_is_that_of_the_input(tmp_path: Path) -> None:
+    found = table(tmp_path, "Zeit 1 [s],Kraft Spitze [N],Zeit 2 [ms],Kraft Motor [N]", lambda i: 0.01 * i, lambda i: 5.0 * i)
+    assert columns(found)["time_s"] == {"column": "Zeit 2 [ms]", "unit": "ms"}
+    assert columns(found)["tension_out_n"]["time"] == "Zeit 1 [s]"
+
+
+@pytest.mark.parametrize("second", [lambda i: 0.005 * i, lambda i: 0.5 + 0.01 * i])
+def test_clocks_that_differ_and_stand_together_are_asked(second: Callable[[int], float], tmp_path: Path) -> None:
+    found = table(tmp_path, "Zeit 1 [s],Zeit 2 [s],Kraft Motor [N],Kraft Spitze [N]", lambda i: 0.01 * i, second, "TTII")
+    [question] = found.questions
+    assert "'Zeit 2 [s]' is another clock: whose?" in question.text and 'time = "Zeit 2 [s]", time_unit = "s"' in question.text
+
+
+@pytest.mark.parametrize(
+    ("head", "second", "order"),
+    [
+        ("Time (s),Unix time (s),Fin (N),Fout (N)", lambda i: 1_714_658_600.0 + 0.01 * i, "TTII"),
+        ("Time (s),Fin (N),Unix time (s),Fout (N)", lambda i: 1_714_658_600.0 + 0.01 * i, "TITI"),
+        ("Time (s),millis,Fin (N),Fout (N)", lambda i: 5000.0 + 10.0 * i + i % 3, "TTII"),
+        ("Time (s),Elapsed (min),Fin (N),Fout (N)", lambda i: round(0.01 * i / 60.0, 2), "TTII"),
+        ("Time (s),Fin (N),Elapsed (min),Fout (N)", lambda i: round(0.01 * i / 60.0, 2), "TITI"),
+        ("Time (s),Lap time (s),Fin (N),Fout (N)", lambda i: 0.01 * (i % 150), "TTII"),
+    ],
+)
+def test_two_clocks_of_the_same_rows_are_no_question(head: str, second: Callable[[int], float], order: str, tmp_path: Path) -> None:
+    found = table(tmp_path, head, lambda i: 0.01 * i, second, order)
+    assert columns(found)["time_s"]["column"] in ("Time (s)", "Unix time (s)") and "time" not in columns(found)["tension_out_n"]
+    assert found.questions == []
