@@ -26,6 +26,9 @@ _DENIES = _DENIES_BEHIND - {"free", "less"} | words(
 )
 # angles of something else than the sheath
 _TURNS = words("roll pitch yaw twist tilt tip rot rotation torsion phase knob")
+# between a number and its decimals, where no dot may stand in a name
+_DECIMAL = words("p d pt point dot komma comma ,")
+_LENGTHS = words("inch inches zoll cm")
 Columns = list[tuple[str, ...]]
 
 
@@ -206,19 +209,62 @@ def _next_word(i: int, step: int, columns: Columns) -> int | None:
 
 def _doubt(i: int, label: str, columns: Columns) -> str:
     """Return the question that a labelled part of the names leaves, an empty text where it is sure."""
-    part, direct, before, after = columns[i][0], _at(i - 1, columns), _before(i, columns), _at(i + 1, columns)
+    part, direct, before = columns[i][0], _at(i - 1, columns), _before(i, columns)
     if denial := _denial(i, columns):
         return f"'{denial}' stands beside '{part}': does it hold here?"
     if label == "lead_mm" and before not in LEAD:
         return f"is {part} mm the lead of a screw, and not a diameter or a length?"
-    if label != "config_id":
+    if label not in ("config_id", "lead_mm"):
         return ""
-    if after == "p" and _at(i + 2, columns)[:1].isdigit():
-        return f"is {part}p{_at(i + 2, columns)} one number?"
+    if more := _goes_on(i, columns, label):
+        return f"is {part}{more} one number?"
     separators = {p for p in (_at(k, columns) for k in range(len(columns)) if k != i - 1) if p and not p[0].isalnum()}
     if direct == "-" and separators != {"-"}:
         return f"is the - before {part} its sign, or does it separate?"
+    if label == "lead_mm":
+        unit = _unit_behind(i, columns)
+        return f"is {part}{unit} in mm?" if unit else ""
+    if before == "r":
+        return f"is r{part} the bend by its radius, or a repeat?"
+    if before.upper() in _LOCATIONS and not _plainly_bend(i, columns):
+        return f"does {part} beside {before.upper()} tell the bending configuration, or does it count runs or tell something else?"
+    # 30deg_s1 is the first subject or sample
+    if (
+        _at(i + 1, columns) in _BEND
+        and _next_words(i + 1, columns)[:1] == ["s"]
+        and not re.search(r"s\d", "".join(c[0] for c in columns[i + 1 : i + 5]).lower())
+    ):
+        return f"is {part} {_at(i + 1, columns)} the bend, or a speed per s?"
     known = _BEND | set(SYSTEM_OF) | _TRIAL | _MOTIONS | {p.lower() for p in _LOCATIONS}
     if before in _TURNS or (direct[:1].isalpha() and direct not in known):
         return f"is {part} the bend, or the {before} of something else?"
     return ""
+
+
+def _plainly_bend(i: int, columns: Columns) -> bool:
+    """Return whether a number beside a location tells its bend: a word says so, or runs are counted elsewhere in the name and no letter touches it."""
+    counted = any(columns[k][0].isdigit() and _before(k, columns) in _TRIAL for k in range(len(columns)) if k != i)
+    return _at(i + 1, columns) in _BEND or (counted and not _at(i + 1, columns)[:1].isalpha())
+
+
+def _goes_on(i: int, columns: Columns, label: str) -> str:
+    """Return what may be the decimals of a number behind it (3p5, 3,5, and of a lead 2-5 and 2_5), an empty text where nothing may."""
+    mark, digits, behind = (_at(i + k, columns) for k in (1, 2, 3))
+    if not digits[:1].isdigit():
+        return ""
+    # NP_lead10_20240502 and lead10_30deg go on with another number
+    short = len(digits) < 3 and (not behind[:1].isalpha() or behind == "mm")
+    return mark + digits if mark in _DECIMAL or (mark in ("-", "_") and label == "lead_mm" and short) else ""
+
+
+def _unit_behind(i: int, columns: Columns) -> str:
+    """Return the letters right behind a lead that are neither mm nor a word of the name's own, and inch or cm behind a separator, else an empty text."""
+    direct = {v.lower() for v in columns[i + 1]} if i + 1 < len(columns) and columns[i + 1][0][0].isalpha() else set()
+    own = set(SYSTEM_OF) | _TRIAL | _MOTIONS | {p.lower() for p in _LOCATIONS} | {"mm"}
+    odd = direct - own or set(_next_words(i, columns)[:1]) & _LENGTHS
+    return min(odd, default="")
+
+
+def _next_words(i: int, columns: Columns) -> list[str]:
+    """Return the parts of the first name behind a place, without what separates them."""
+    return [p for p in (_at(k, columns) for k in range(i + 1, len(columns))) if p[0].isalnum()]

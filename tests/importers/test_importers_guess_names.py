@@ -112,3 +112,58 @@ def test_a_word_that_denies_something_else_raises_no_question(stem: str) -> None
 
 def test_of_several_names_one_that_denies_the_label_is_enough() -> None:
     assert "'off' stands beside 'sstl'" in name_pattern(["bend30_sstl_on", "bend60_sstl_off"]).question
+
+
+@pytest.mark.parametrize(
+    "stems",
+    [
+        ["sstl_CP_1", "sstl_CP_2"],
+        ["ND_5mms_act", "ND_10mms_act"],
+        ["CP_5N_act"],
+        ["CP_1Hz_act"],
+        ["NP_02May_act"],
+        ["CP_R50_act"],
+        ["CP1_act"],
+    ],
+)
+def test_a_number_beside_a_location_is_asked(stems: list[str]) -> None:
+    found = name_pattern(stems)
+    assert "config_id" in found.labels and ("bending configuration" in found.question or "repeat" in found.question)
+
+
+@pytest.mark.parametrize(
+    "stem", ["CP_40deg_act", "CP_bend40_act", "CP_cfg2_act", "CP_040_act_run1", "CP_run1_act", "NP_act_2024-05-02_140311"]
+)
+def test_a_number_beside_a_location_whose_word_is_known_is_no_question(stem: str) -> None:
+    assert not name_pattern([stem]).question
+
+
+@pytest.mark.parametrize(
+    ("stem", "question"),
+    [
+        ("NP_lead2p5_sstl", "2p5 one number"),
+        ("NP_lead2d5_sstl", "2d5 one number"),
+        ("NP_lead2,5_sstl", "2,5 one number"),
+        ("NP_lead2-5_sstl", "2-5 one number"),
+        ("NP_lead2_5_sstl", "2_5 one number"),
+        ("NP_lead2_5mm_sstl", "2_5 one number"),
+        ("NP_lead1in_act", "1in in mm?"),
+        ("NP_lead1_inch_act", "1inch in mm?"),
+        ("NP_lead-5_act", "its sign"),
+        ("NP_bend2,5_sstl", "2,5 one number"),
+        ("NP_lead10_act", ""),
+        ("NP_lead10mm_act", ""),
+        ("NP_lead10act", ""),
+        ("NP-lead-10-act", ""),
+        ("NP_lead10_20240502_act", ""),
+        ("NP_lead10_30deg_act", ""),
+        ("NP_lead2.5_act_1", ""),
+    ],
+)
+def test_a_lead_that_goes_on_or_has_a_unit_or_a_sign_is_asked(stem: str, question: str) -> None:
+    found = name_pattern([stem])
+    assert question in found.question and bool(question) == bool(found.question)
+
+
+def test_an_angle_per_second_with_a_number_behind_is_asked() -> None:
+    assert "a speed per s" in name_pattern(["sstl_10deg_s_1"]).question
