@@ -25,11 +25,15 @@ from sstl_cli.importers.guess_words import (
 )
 
 _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]{0,40})[\])}>]")
-# -Fin, ch2-ch1, Fin x2, Fin*10
-_COMPUTED = re.compile(r"^\s*-(?=\s*[A-Za-z])|\b[a-z]+\d+\s*-\s*[a-z]+\d+\b|\sx\d+\b|[*×]\s*\d+", re.IGNORECASE)
+# -Fin, ch2-ch1, Fin x2, Fin*10, Fin 10^3
+_COMPUTED = re.compile(
+    r"^\s*-(?=\s*[A-Za-z])|\b[a-z]+\d+\s*-\s*[a-z]+\d+\b|\sx\d+\b|[*×]\s*\d+|\b10\s*(?:\^|\*\*)|\b10[⁻⁺⁰¹²³⁴-⁹]", re.IGNORECASE
+)
+# dFin, ΔFin: what a force changes by
+_CHANGE = re.compile(r"(?:^|[\s_./])(?:d(?=[A-Z])|[ΔδΔ∂∆])")
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|#|%")
-_NUMBER = r"[x*×]?\s*\d+(?:[.,]\d+)?(?:[eE]-?\d+)?\s*[x*×]?"
-# "0.1 N", "x10 N", "N*100": a unit of the file's own
+_NUMBER = r"[x*×·/]?\s*\d+(?:[.,]\d+)?(?:[eE][-+]?\d+|\s*(?:\^|\*\*)\s*[-−+]?\d+|[⁻⁺]?[⁰¹²³⁴-⁹]+)?\s*[x*×·]?"
+# "0.1 N", "x10 N", "N*100", "10^-3 N", "N/10": a unit of the file's own
 _SCALED = re.compile(rf"{_NUMBER}\s*([^\W\d_]+)|([^\W\d_]+)\s*{_NUMBER}")
 _SHORT = re.compile(r"(?:f|t|ft|force|tension|load|tau)(in|out|prox|dist|tip|mot|ref|cmd|des|soll|ein|aus)")
 _FORCE_TAIL = re.compile(r"(?<=[^\W_])[_ \-.](N|mN|kN|uN|lbf|kgf|gf|ozf)$")
@@ -74,8 +78,9 @@ class Said:
         found = next((w for w, after in zip(own, (*own[1:], ""), strict=False) if w in NOT_MEASURED or w + after in NOT_MEASURED), "")
         # T_in_d and T_in*, as control writes what is desired
         desired = "*" if self.name.split("(")[0].split("[")[0].rstrip().endswith("*") else "d" if own[-1:] == ("d",) and self.side else ""
-        computed = _COMPUTED.search(_BRACKETS.sub("", self.name))
-        return found or desired or (computed[0].strip() if computed else "")
+        plain = _BRACKETS.sub("", self.name)
+        computed = _COMPUTED.search(plain) or (_CHANGE.search(plain) if self.quantity == "force" else None)
+        return found or desired or (computed[0].strip(" _./") if computed else "")
 
     @property
     def placed(self) -> bool:

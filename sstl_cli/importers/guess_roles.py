@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.importers.guess_names import Said
-from sstl_cli.importers.guess_words import QUANTITY_OF, TREATED, UNIT_WORDS
+from sstl_cli.importers.guess_words import QUANTITY_OF, RMS, SIDE_OF, TREATED, UNIT_WORDS
 
 Array = NDArray[np.float64]
 # of the largest correlation, how much tells as little, and how much more the side that pulls moves
@@ -56,7 +56,7 @@ def measured(names: list[Said]) -> list[Said]:
 
 def doubted(found: tuple[Said, ...], question: str) -> str:
     """Return the question of a side with another one where a name says that its channel was not measured."""
-    words = {s.unmeasured for s in found if s.unmeasured}
+    words = {w for s in found if (w := s.unmeasured or min(RMS.intersection(s.words), default=""))}
     doubt = f"'{min(words)}' in its name: was this measured?" if words else ""
     return "; ".join(filter(None, (question, doubt)))
 
@@ -70,7 +70,8 @@ def _of_tensions(tensions: list[Said], names: list[Said], data: dict[str, Array]
     plain = [s for s in tensions if not s.side]
     if len(sided["in"]) == 1 and len(sided["out"]) == 1:
         a, b = sided["in"][0], sided["out"][0]
-        return Roles((a,), (b,), reasons=(f"tension_in_n: '{a.name}' and tension_out_n: '{b.name}', by their names",))
+        ask = _returning(plain)
+        return Roles((a,), (b,), "", ask, reasons=(f"tension_in_n: '{a.name}' and tension_out_n: '{b.name}', by their names",))
     if sided["in"] and sided["out"]:
         return _several(sided["in"], sided["out"])
     for side in ("in", "out"):
@@ -90,6 +91,12 @@ def _of_tensions(tensions: list[Said], names: list[Said], data: dict[str, Array]
     if len(plain) > 1:
         return _antagonists(plain, names, data) or _unsided(plain, data)
     return _unnamed(names, data)
+
+
+def _returning(plain: list[Said]) -> str:
+    """Return the question whether a tension whose name says both sides (``T_prox_out``, ``Proximal return``) is the output, as of a double pass."""
+    both = [s for s in plain if {SIDE_OF.get(w) for w in s.words} >= {"in", "out"}]
+    return f"or {', '.join(repr(s.name) for s in both)}, which is the output of sstl, where the tendon comes back?" if both else ""
 
 
 def _beside(names: list[Said]) -> Said | None:

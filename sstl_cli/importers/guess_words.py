@@ -60,10 +60,13 @@ NOT_MEASURED = words(
     "estimate estimated est estimee estimada estimado geschatzt hat observer ideal limit threshold preload offset tare noise "
     "uncertainty resolution std var variance max maximum min minimum peak pred predicted prediction fem expected sim simulated "
     "simulation simuliert simulee simulada computed virtual capstan controller pid amplifier filter saturation stiffness normal lateral shear contact pretension "
-    "log10 model modell modele modelo fit fitted fft trajectory rate prev kf kalman nn mv abs sum"
+    "log10 model modell modele modelo fit fitted fft trajectory rate prev kf kalman nn mv abs sum "
+    "crete pic pico picco spitzenwert scheitelwert dot derivative deriv derivee derivada derivata ableitung"
 )
+# no force at a moment, and of one sensor no more derived than its mean
+RMS = words("rms effektivwert efficace")
 # of how readings were treated, which tells several of one sensor apart
-TREATED = NOT_MEASURED | words("raw filtered filt smoothed smooth mean avg average rms median corrected uncorrected zeroed tared")
+TREATED = NOT_MEASURED | RMS | words("raw filtered filt smoothed smooth mean avg average median corrected uncorrected zeroed tared")
 # parts of German compounds and of words written together
 STEMS: dict[str, tuple[str, str]] = {
     "kraft": ("quantity", "force"),
@@ -184,5 +187,7 @@ SIGNS = {
     "輸入": "input", "輸出": "output", "近側": "proximal", "遠側": "distal", "電機": "motor", "电机": "motor",
     "시간": "time", "입력": "input", "출력": "output", "장력": "tension", "하중": "load", "모터": "motor", "변위": "displacement",
     "推定": "estimate", "估计": "estimate", "仿真": "simulated", "計算": "computed", "理論": "theory",
+    "设定": "setpoint", "設定": "setpoint", "给定": "setpoint", "期望": "desired", "설정": "setpoint", "목표": "target", "지령": "command",
+    "峰值": "peak", "ピーク": "peak", "最大": "max", "最小": "min", "微分": "derivative", "均方根": "rms", "有效值": "rms", "実効値": "rms",
     "力": "force",
 }  # fmt: skip
