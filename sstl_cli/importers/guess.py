@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
+from sstl_cli.importers.base import Layout, detect
+from sstl_cli.importers.finder import Recording
 from sstl_cli.importers.guess_files import Named, name_pattern, side_of, side_words, taken
 from sstl_cli.importers.guess_left import not_mapped
 from sstl_cli.importers.guess_look import Look, look_at
@@ -18,6 +20,7 @@ from sstl_cli.importers.guess_roles import Roles, doubted
 from sstl_cli.importers.guess_several import with_doubts, with_doubts_of_pairs
 from sstl_cli.importers.guess_toml import Pair, Proposal, written
 from sstl_cli.importers.mapping import REQUIRED, Question, open_questions
+from sstl_cli.importers.rows import JoinedRows
 
 Array = NDArray[np.float64]
 
@@ -62,7 +65,14 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     named = name_pattern([p.stem for p in paths]) if pair is None else _pair_labels(looks, pair)
     if named.reason:
         reasons.append(named.reason)
-    toml = written(Proposal(look.format.ID, look.names, look.data, look.time, roles, named, pair, look.labels, look.runs, look.own))
+    rows = isinstance(look.format, JoinedRows)
+    if rows:
+        # the names of the files are those of the channels
+        named = Named()
+    toml = written(
+        Proposal("npz" if rows else look.format.ID, look.names, look.data, look.time, roles, named, pair, look.labels, look.runs, look.own)
+    )
+    toml = toml + '\n[files]\nmerge = "rows"\n' if rows else toml
     # an import reads every file that has the columns, whatever else it has
     covered = [x for x in looks if look.used <= set(x.channels)]
     toml = with_doubts(toml, look, covered) if pair is None else with_doubts_of_pairs(toml, pair)
@@ -79,10 +89,26 @@ def _looks(paths: list[Path], wanted: str | None) -> tuple[list[Look], list[str]
         except SstlError as error:
             bad.append(error)
     if not looks:
-        raise bad[0]
+        joined = _joined(paths, wanted) if len(paths) > 1 and all(e.code == "E333" for e in bad) else None
+        if joined is None:
+            raise bad[0]
+        return [joined], [f'{len(paths)} files of one channel each and as many rows: merge = "rows", if row n of each is one sample']
     first = looks[0]
     reasons = [f"format {first.format.ID}: {first.format.TITLE}, {len(first.names)} numeric channels"]
     return looks, [*reasons, *(f"not looked at: {e.line()}" for e in bad)]
+
+
+def _joined(paths: list[Path], wanted: str | None) -> Look | None:
+    """Return what arrays of one channel each hold side by side, None where they are no input and output, or not of one length."""
+    formats = [detect(p, wanted) for p in paths]
+    parts = [Recording(p, f, tuple(f.channels(p, Layout())), Layout()) for p, f in zip(paths, formats, strict=True)]
+    if {f.ID for f in formats} != {"npz"} or any(len(p.channels) != 1 for p in parts):
+        return None
+    try:
+        look = look_at(paths[0], None, JoinedRows(tuple(parts)))
+    except SstlError:
+        return None
+    return look if look.roles.first and look.roles.second else None
 
 
 def _pair(looks: list[Look]) -> Pair | None:

@@ -16,13 +16,13 @@ from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_clocks import Clocks, trimmed, with_own_clocks
 from sstl_cli.importers.guess_labels import LabelColumn, label_columns, label_names, rows_of_first, runs_in
-from sstl_cli.importers.guess_marks import asking, with_marks
+from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, with_marks
 from sstl_cli.importers.guess_names import Said, contradicted, said
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
 from sstl_cli.importers.guess_time import TimeGuess, guess_time, runs_forward
 from sstl_cli.importers.guess_words import QUANTITY_OF, words
-from sstl_cli.importers.text import WITHOUT_ARROW, WITHOUT_UNITS, arrow_in, grouped_in, united_in
+from sstl_cli.importers.text import OR_ELSEWHERE, WITHOUT_ARROW, WITHOUT_UNITS, arrow_in, grouped_in, united_in
 from sstl_cli.importers.text_cells import WITHOUT_MARKS
 from sstl_cli.importers.text_header import unit_in
 from sstl_cli.importers.text_layout import layout_of
@@ -61,14 +61,17 @@ class Look:
         return {n for n in (self.time.channel, *(s.name for s in (*self.roles.first, *self.roles.second))) if n}
 
 
-def look_at(path: Path, wanted: str | None) -> Look:
-    """Return what a file seems to hold; SstlError where it cannot be read or has no two numeric channels."""
-    chosen = detect(path, wanted)
+def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
+    """Return what a file seems to hold, of a format that is given or found; SstlError where it cannot be read or has no two numeric channels."""
+    chosen = as_ or detect(path, wanted)
     found = chosen.channels(path, Layout())
     prefix, runs = runs_in([c.name for c in found])
     found = [c for c in found if c.name.startswith(prefix)]
     channels = [c for c in found if not c.text][:MAX_COLUMNS]
-    first_values, wrong = _first_values(chosen, path, channels)
+    try:
+        first_values, wrong = _first_values(chosen, path, channels)
+    except SstlError as error:
+        raise _of_thousands(chosen, path, error) from None
     data = {n.removeprefix(prefix): v for n, v in first_values.items()}
     lengths = Counter(map(len, data.values()))
     labels, first = _labels(chosen, path, prefix, found, max(lengths, key=lambda n: lengths[n], default=0))
@@ -77,6 +80,7 @@ def look_at(path: Path, wanted: str | None) -> Look:
     data = {n: v for n, v in data.items() if n not in told}
     if len(data) < 2:
         raise _too_few(chosen, path, found)
+    _refuse_grouped(chosen, path, found)
     left_out = _left_out(channels, wrong)
     channels = [replace(c, name=c.name.removeprefix(prefix)) for c in channels]
     names = [_said(c, chosen) for c in channels]
@@ -107,6 +111,24 @@ def look_at(path: Path, wanted: str | None) -> Look:
     if labelled := [f"'{c.name}' is '{c.label}'" for c in channels if c.label]:
         time = replace(time, reasons=(f"by its labels {', '.join(labelled)}", *time.reasons))
     return Look(path, chosen, tuple(names), data, time, roles, tuple(measured(moving)), labels, runs, clocks.own)
+
+
+def _refuse_grouped(chosen: Format, path: Path, found: list[Channel]) -> None:
+    """Raise SstlError for a column of text that is named as a tension and holds numbers with marks between thousands."""
+    for channel in found if chosen.ID == "text" else ():
+        if channel.text and said(channel.name, channel.unit).tension and (cell := grouped_cell(path, channel.name)):
+            what = f"column '{printable(channel.name)}' holds {cell!r}, not a number"
+            raise SstlError(what, where=str(path), fix=WITHOUT_MARKS, code="E328")
+
+
+def _of_thousands(chosen: Format, path: Path, error: SstlError) -> SstlError:
+    """Return the error of a cell, or, where the marks between thousands are those of another column, one that names it."""
+    if chosen.ID == "text" and error.code == "E328" and OR_ELSEWHERE in error.fix:
+        name, cell = thousands(path)
+        if name and f"'{name}'" not in error.what:
+            what = f"column '{printable(name)}' holds {cell!r} beside numbers without a mark, which stands between thousands there"
+            return SstlError(what, where=str(path), fix=WITHOUT_MARKS, code="E328")
+    return error
 
 
 def _refuse_long(path: Path, found: list[Channel], moving: list[Said]) -> None:
@@ -206,7 +228,7 @@ def _first_values(chosen: Format, path: Path, channels: list[Channel]) -> tuple[
         try:
             values = _read(chosen, path, [name])[name]
         except SstlError as error:
-            if error.code not in ("E328", "E314") or error.fix == WITHOUT_MARKS:
+            if error.code not in ("E328", "E314") or error.fix.startswith(WITHOUT_MARKS):
                 raise
             wrong[name] = error
             continue

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.text import first_rows
-from sstl_cli.importers.text_cells import is_missing
+from sstl_cli.importers.text_cells import grouped_sign, is_missing
 
 ROWS = 2_000
 # no leading zero, and three digits behind the one mark; smaller numbers have none
@@ -42,6 +42,20 @@ def with_marks(path: Path, names: list[Said]) -> list[Said]:
             one = asking(one, f"every mark has three digits behind it: is {cell!r} {_without(cell)}? {AS_THOUSANDS}")
         out.append(one)
     return out
+
+
+def grouped_cell(path: Path, name: str) -> str:
+    """Return the first cell of a column of text that is a number with a mark between its thousands and a decimal one, an empty text where none is."""
+    cell = next((c for c in _columns(path).get(name, []) if grouped_sign(c)), "")
+    return re.sub(r"[\u00a0\u202f\u2009]", " ", cell)
+
+
+def thousands(path: Path) -> tuple[str, str]:
+    """Return a column, and a cell of it, whose mark stands between thousands: smaller numbers of it have none. Two empty texts where there is none."""
+    for name, cells in _columns(path).items():
+        if (cell := _shape(cells)) and any(_SMALL.fullmatch(c) for c in cells):
+            return name, cell
+    return "", ""
 
 
 def asking(one: Said, question: str) -> Said:

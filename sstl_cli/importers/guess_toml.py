@@ -133,7 +133,7 @@ def _unit(one: Said, target: str, values: list[Array]) -> tuple[str, str]:
     if one.strange:
         return (
             f"unit = {json.dumps(one.strange, ensure_ascii=False)}",
-            f'{one.strange} is no force: define it in [units], such as {json.dumps(one.strange)} = "0.5 N"',
+            f'{one.strange} is no force: define it in [units], such as {json.dumps(one.strange, ensure_ascii=False)} = "0.5 N"',
         )
     if one.dimension == "force":
         if whole and most > 1000 and one.unit in ("N", "mN", "kN", "gf", "g"):

@@ -25,6 +25,9 @@ TITLE = "CSV, TSV or whitespace text"
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".lvm")
 RANK = 90
 BLOCK_BYTES = 4 << 20
+OR_ELSEWHERE = "if this mark is the decimal one, it is another column that has marks between thousands"
+# the blanks that a spreadsheet writes between thousands, which are also cut at as blanks
+_NARROW = re.compile(r"[+-]?\d{1,3}(?:[\u00a0\u202f\u2009]\d{3})+(?:[.,]\d*)?")
 AGAIN = "the header stands there again, as of a recorder that began anew: split the file there"
 # Arduino's serial monitor: 14:03:21.050 -> 102997,31540
 ARROW = "->"
@@ -200,6 +203,9 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
         cells = cut(text, delimiter)
         where = f"{path}, line {line + offset}"
         if len(cells) != width:
+            if narrow := _NARROW.search(text):
+                what = f"holds {_blanks(narrow[0])!r} with a blank between thousands"
+                raise SstlError(what, where=where, fix=WITHOUT_MARKS, code="E328")
             raise SstlError(
                 f"has {len(cells)} columns, the lines before have {width}",
                 where=where,
@@ -255,7 +261,8 @@ def _blanks(cell: str) -> str:
 def _how_to_mend(cell: str) -> str:
     """Return what to do about a cell that is no number."""
     if GROUPED.fullmatch(cell.strip()):
-        return WITHOUT_MARKS
+        # 6,589 may be 6.589 where the marks between thousands are those of another column
+        return WITHOUT_MARKS if grouped_sign(cell.strip()) or not re.search(r"[.,]", cell) else f"{WITHOUT_MARKS}; {OR_ELSEWHERE}"
     if ARROW in cell:
         return WITHOUT_ARROW
     return "correct the value, or leave it empty for 'not measured'"

@@ -89,3 +89,24 @@ def test_a_run_number_in_names_may_stay_without_a_label(tmp_path: Path) -> None:
     for path in files:
         path.write_text("Time (s),Fin (N),Fout (N)\n" + rows(T, X, Y))
     assert "deleting this mark is enough" in asked(guess(files))["file_name"]
+
+
+def test_arrays_of_one_channel_each_are_proposed_row_by_row(tmp_path: Path) -> None:
+    files = [tmp_path / f"{stem}.npy" for stem in ("t_s", "f_in_N", "f_out_N")]
+    for path, values in zip(files, (T, X, Y), strict=True):
+        np.save(path, values)
+    found = guess(files)
+    document = tomllib.loads(found.toml)
+    assert document["files"] == {"merge": "rows"} and document["columns"]["time_s"] == {"column": "t_s", "unit": "s"}
+    assert [q.target for q in found.questions] == ["system"]
+    (tmp_path / "rig.toml").write_text(found.toml.replace("  # (?) act: single pass, sstl: double pass", ""))
+    [one] = run(files, read_mapping(tmp_path / "rig.toml")).runs
+    assert len(one) == len(T)
+
+
+def test_arrays_of_other_lengths_are_none_of_one_recording(tmp_path: Path) -> None:
+    files = [tmp_path / f"{stem}.npy" for stem in ("t_s", "f_in_N", "f_out_N")]
+    for path, values in zip(files, (T, X, Y[:-3]), strict=True):
+        np.save(path, values)
+    with pytest.raises(SstlError, match="E333"):
+        guess(files)
