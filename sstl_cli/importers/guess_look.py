@@ -98,7 +98,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     if not own:
         tensions = [s.name for s in (*roles.first, *roles.second)]
         table = chosen.ID in ("text", "parquet")
-        clocks = with_own_clocks(names, data, time, tensions, table, lambda s: guess_time([s], {s.name: trimmed(data[s.name])}, []))
+        clocks = with_own_clocks(names, one, time, tensions, table, lambda s: guess_time([s], {s.name: trimmed(one[s.name])}, []))
         time = clocks.time
     clock = own.get(roles.first[0].name) if roles.first else None
     if clock is not None:

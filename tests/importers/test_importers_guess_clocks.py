@@ -97,3 +97,10 @@ def test_two_clocks_of_the_same_rows_are_no_question(head: str, second: Callable
     found = table(tmp_path, head, lambda i: 0.01 * i, second, order)
     assert columns(found)["time_s"]["column"] in ("Time (s)", "Unix time (s)") and "time" not in columns(found)["tension_out_n"]
     assert found.questions == []
+
+
+def test_clocks_that_begin_anew_with_each_run_are_compared_within_the_first(tmp_path: Path) -> None:
+    lines = [f"{i // 200},{0.01 * (i % 200):.3f},{fin(i)},{0.005 * (i % 200):.4f},{fout(i)}" for i in range(N)]
+    path = tmp_path / "act.csv"
+    path.write_text("Trial No,Zeit 1 [s],Kraft Motor [N],Zeit 2 [s],Kraft Spitze [N]\n" + "\n".join(lines) + "\n")
+    assert columns(guess([path]))["tension_out_n"]["time"] == "Zeit 2 [s]"
