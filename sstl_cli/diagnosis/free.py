@@ -72,7 +72,7 @@ def free_parameters(ids: Sequence[str], systems: Sequence[str]) -> list[Free]:
     for effect_id in ids:
         effect = get(effect_id)
         found += [Free(effect, p) for p in effect.parameters if p.system is None or p.system in systems]
-        if effect.stage == TRANSITION:
+        if effect.stretches:
             found.append(Free(LINE, LINE.parameters[0]))
     return found
 

@@ -18,7 +18,7 @@ from sstl_cli.diagnosis.laid import constants
 from sstl_cli.diagnosis.records import Problem, Record, Start, starts_of
 from sstl_cli.diagnosis.slides import SHIFT_N, STEEPEST, Grid, breakaways, phases_of
 from sstl_cli.diagnosis.whitening import Constants, Noise, Phases, Whitener
-from sstl_cli.physics.effect import TRANSITION, Mechanics, Sampling
+from sstl_cli.physics.effect import Mechanics, Sampling
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.filters import delayed
 from sstl_cli.physics.transmission.active import activate
@@ -119,7 +119,7 @@ class Simulator:
     @property
     def load_known(self) -> bool:
         """Whether an effect along the line was accepted before, and with it how far the load gives way."""
-        return any(get(i).stage == TRANSITION for i in self.fixed)
+        return any(get(i).stretches for i in self.fixed)
 
     def slices(self) -> list[slice]:
         """Return the slice of each record in the concatenated arrays."""

@@ -14,8 +14,8 @@ Counts = NDArray[np.int64]
 # a shift of the input (N) that shows the slope of a line; no friction makes a line steeper than that
 SHIFT_N = 1e-2
 STEEPEST = 50.0
-# from this share on a line follows more than it holds
-MOSTLY = 0.5
+# from this share on a line follows more than it holds, below that one it is held: friction that drifts moves it, not its input
+MOSTLY, HARDLY = 0.5, 0.01
 
 
 class Grid(NamedTuple):
@@ -51,6 +51,7 @@ def phases_of(here: Array, moved: Array, u: Array, share: Array, grid: Grid, dri
                 if at < end:
                     due = _slope(here[at], moved[at]) * abs(u[at] - u[at - 1])
                     follows = min(abs(here[at] - here[at - 1]) / due, 1.0) if due > 1e-12 else 0.0
+                    follows = follows if follows > HARDLY else 0.0
             # a line that a motion drives slides all the time
             slide[k] = 1.0 if driven[i] else slid
             left[k] = 1.0 if driven[i] else 1.0 - kept

@@ -84,7 +84,8 @@ class Law:
     """The friction law of one pass, of the pulley between two passes and of both ends, built up by effects.
 
     ``factors`` multiply the local Coulomb friction ``mu kappa T``; each takes the local tension in N. ``adhesion_n`` presses as so
-    much tension does, ``constant_n`` is spread over the length.
+    much tension does, ``constant_n`` is spread over the length. ``friction_scale`` are factors over time of all friction, of a line that
+    is held as well; ``following_scale`` of that of a line that follows its input.
     """
 
     scale_pull: float = 1.0
@@ -98,6 +99,7 @@ class Law:
     pulley_release: float = 0.0
     pulley_n: float = 0.0
     friction_scale: list[Callable[[Drive], Array]] = field(default_factory=list)
+    following_scale: list[Callable[[Drive], Array]] = field(default_factory=list)
 
 
 @dataclass
@@ -229,7 +231,8 @@ class Effect:
     two and all together are tried. A shape that no variant names belongs to all. ``laws`` are sets of parameters beside those: each is
     a law of its own, and none of its parameters is in another. What strengths that
     are ``averaged`` predict is a mean over jumps, about which the output is as far off as it is from the base. ``plays`` are half-widths
-    of a play: from a narrow one a fit does not see what a wide one explains.
+    of a play: from a narrow one a fit does not see what a wide one explains. Friction that changes ``along`` a held line moves it, as far
+    as it is elastic.
     """
 
     id: str
@@ -257,6 +260,12 @@ class Effect:
     position: Callable[[Position, Values], None] | None = None
     loop: Callable[[Array, float, Values], Array] | None = None
     late_s: Callable[[str, Values], float] | None = None
+    along: bool = False
+
+    @property
+    def stretches(self) -> bool:
+        """Whether what it does goes with how far tendon and load give way."""
+        return self.along or self.stage == TRANSITION
 
     @property
     def sought(self) -> bool:

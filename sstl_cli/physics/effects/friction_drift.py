@@ -46,4 +46,5 @@ EFFECT = Effect(
     look_alikes=("zero_drift",),
     variants=(("d_mu", "path_n"), ("d_mu_time", "time_s"), ("d_mu_heat_s_per_n2", "cooling_s")),
     law=_law,
+    along=True,
 )

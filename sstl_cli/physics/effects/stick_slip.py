@@ -10,7 +10,7 @@ def _transition(transition: Transition, v: Values, _drive: Drive) -> None:
 
 
 def _law(law: Law, v: Values) -> None:
-    law.friction_scale += weakening(v["mean_ratio"], v["mean_mm_s"])
+    law.following_scale += weakening(v["mean_ratio"], v["mean_mm_s"])
 
 
 EFFECT = Effect(

@@ -40,4 +40,5 @@ EFFECT = Effect(
     systems=("act",),
     look_alikes=("sheath_compliance", "friction_drift"),
     law=_law,
+    along=True,
 )

@@ -113,14 +113,16 @@ def _made(runs: Runs, case: Case, tables: Tables) -> Array | tuple[Input, Lines]
         # a tendon cannot push: below zero the lines stay at zero, as they do with effects
         return play_runs(tension, runs.edges, np.exp(-angle), np.exp(angle), case.start_n)
     drives: Sequence[Drive] = runs.drives
-    if (bent or law.friction_scale) and case.tension_n is not None:
+    if (bent or law.friction_scale or law.following_scale) and case.tension_n is not None:
         drives = [replace(d, tension_n=x) for d, x in zip(drives, runs.each(tension), strict=True)]
     transitions = [Transition() for _ in drives]
     for effect, values in bent:
         for transition, drive in zip(transitions, drives, strict=True):
             effect.transition(transition, values, drive)  # type: ignore[misc]
-    scale = np.concatenate([_scale(law, d) for d in drives]) if law.friction_scale else ONE
-    if any(t != Transition() for t in transitions):
+    level, following = _scale(law.friction_scale, drives), _scale(law.following_scale, drives)
+    scale = level * following
+    # where friction changes under a line that is held, what was pulled last gives way: a cascade of plays is no longer one
+    if any(t != Transition() for t in transitions) or (level.size > 1 and not any(driven)):
         if any(driven):
             raise SstlError("effects of the transition need a run that is driven by its tension", code="E735")
         start = np.where(np.isnan(case.start_n), 0.5 * tension[runs.edges[:-1]], case.start_n)
@@ -137,11 +139,13 @@ def _made(runs: Runs, case: Case, tables: Tables) -> Array | tuple[Input, Lines]
     return _between_lines(runs, theta, lines_of, scale, case.start_n, tension, np.array(driven))
 
 
-def _scale(law: Law, drive: Drive) -> Array:
-    scale = ONE
-    for friction in law.friction_scale:
-        scale = scale * friction(drive)
-    return np.broadcast_to(scale, drive.tension_n.shape)
+def _scale(factors: Sequence[Callable[[Drive], Array]], drives: Sequence[Drive]) -> Array:
+    """Return the product of factors on friction over all samples, one 1 where there is none."""
+    if not factors:
+        return ONE
+    return np.concatenate(
+        [np.broadcast_to(np.prod(np.broadcast_arrays(*(f(d) for f in factors)), axis=0), d.tension_n.shape) for d in drives]
+    )
 
 
 def _between_lines(
