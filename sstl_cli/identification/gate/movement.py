@@ -87,13 +87,18 @@ def turns_of(x: Array, noise_n: float) -> NDArray[np.int64]:
     return turns_by(np.ascontiguousarray(x), max(TURN * float(np.ptp(x)), NOISES * noise_n))
 
 
+def ways_of(v: Array, noise_n: float) -> tuple[float, float]:
+    """Return the longest rise and the longest fall of a channel beyond noise (N), in parts of its span."""
+    ways, span = np.diff(v[turns_of(v, noise_n)]), float(np.ptp(v))
+    return (max(0.0, float(np.max(ways))) / span, max(0.0, -float(np.min(ways))) / span) if span > 0.0 else (0.0, 0.0)
+
+
 def both_ways(v: Array, noise_n: float) -> float:
-    """Return the part of its span that a channel goes up as well as down: the lesser of its longest rise and its longest fall beyond noise (N).
+    """Return the part of its span that a channel goes up as well as down.
 
     What is pulled alone, or released alone, goes one way: friction, gain and zero are then one line, and no law is told from another one.
     """
-    ways, span = np.diff(v[turns_of(v, noise_n)]), float(np.ptp(v))
-    return max(0.0, min(float(np.max(ways)), float(-np.min(ways)))) / span if span > 0.0 else 0.0
+    return min(ways_of(v, noise_n))
 
 
 def loop_work(x: Array, y: Array, noise_n: float = 0.0) -> float:
