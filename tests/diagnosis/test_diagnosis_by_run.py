@@ -69,8 +69,8 @@ def test_zeros_that_differ_are_told_by_the_sensor(kind):
 
 
 def drift():
-    h = named("friction_drift", "d_mu", "path_n")
-    return Weighed(made(noise(3), h, (0.0, 200.0)), 0.0, -3.0)
+    h = named("friction_drift", "d_mu", "path_n", "load_mm_per_n")
+    return Weighed(made(noise(3), h, (0.0, 200.0, 0.1)), 0.0, -3.0)
 
 
 @pytest.mark.parametrize("both", [0.0, 0.8])

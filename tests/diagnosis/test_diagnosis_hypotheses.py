@@ -49,9 +49,9 @@ def test_only_sensors_of_recorded_systems_can_be_off():
 
 def test_declared_laws_replace_the_subsets_and_take_their_own_shapes_along():
     assert sorted(map(names, variants("friction_drift", BOTH))) == [
-        ["d_mu", "path_n"],
-        ["d_mu_heat_s_per_n2", "cooling_s"],
-        ["d_mu_time", "time_s"],
+        ["d_mu", "path_n", "load_mm_per_n"],
+        ["d_mu_heat_s_per_n2", "cooling_s", "load_mm_per_n"],
+        ["d_mu_time", "time_s", "load_mm_per_n"],
     ]
 
 

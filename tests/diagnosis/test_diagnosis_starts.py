@@ -41,7 +41,7 @@ def test_starts_of_strengths_and_shapes():
     assert spread == pytest.approx((0.15, 0.5, 0.85))
     # a shape that says where to begin begins there
     assert {float(v[1]) for v in grid(variants("presliding", ("act",))[2].free)} == {0.5}
-    drift = named("friction_drift", "d_mu", "path_n")
+    drift = named("friction_drift", "d_mu", "path_n", "load_mm_per_n")
     assert [float(v[0]) for v in grid(drift.free)] == pytest.approx([STRENGTHS[0] * 0.6] * 3)
 
 
@@ -93,9 +93,9 @@ def test_every_hypothesis_with_a_strength_is_started_and_variants_each():
         ["preload_out_act_n", "straight_out_act_n"],
     ]
     assert [[f.parameter.name for f in h.free] for h in of.starting("friction_drift", ("act",))] == [
-        ["d_mu", "path_n"],
-        ["d_mu_time", "time_s"],
-        ["d_mu_heat_s_per_n2", "cooling_s"],
+        ["d_mu", "path_n", "load_mm_per_n"],
+        ["d_mu_time", "time_s", "load_mm_per_n"],
+        ["d_mu_heat_s_per_n2", "cooling_s", "load_mm_per_n"],
     ]
 
 
