@@ -197,7 +197,7 @@ def _more(value: float | None, than: float | None) -> bool:
 def _said(odd: OddRun) -> str:
     """Return a verdict in a few words: the effects, or that there are none."""
     effects = " + ".join(odd.effects)
-    return {"none": "nothing is missing", "unknown": "the cause is not known", "ambiguous": f"{effects}, not told apart"}.get(
+    return {"none": "nothing is missing", "unknown": "the cause is not known", "ambiguous": f"most likely {effects}, but not for sure"}.get(
         odd.status, effects
     )
 

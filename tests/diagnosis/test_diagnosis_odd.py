@@ -175,7 +175,7 @@ def test_a_verdict_of_several_effects_reads_as_one_line():
     )
     assert lines(document)[-3:] == [
         "  without run f001: zero_offset", "  without run f002: the cause is not known",
-        "  without run f003: viscous + zero_drift, not told apart",
+        "  without run f003: most likely viscous + zero_drift, but not for sure",
     ]  # fmt: skip
 
 

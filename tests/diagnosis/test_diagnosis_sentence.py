@@ -239,7 +239,7 @@ def test_what_is_left_over_is_shown_twice_at_most():
     [
         ("none", [], "nothing is missing"),
         ("unknown", [], "the cause is not known"),
-        ("ambiguous", ["viscous", "slack"], "viscous + slack, not told apart"),
+        ("ambiguous", ["viscous", "slack"], "most likely viscous + slack, but not for sure"),
         ("identified", ["viscous"], "viscous"),
     ],
 )
