@@ -299,8 +299,9 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     # that it is one of a family the odds say; which of them it is, the evidence
     sure = sum(p[k] for k in family) if ranked else 0.0
     if first is not None and (takes <= LEAST_SHARE or strained(first)) and p[NONE] < max(p[UNKNOWN], named):
-        none, unknown = _released(p, sure, strained(first))
-        if none > max(unknown, named - sure):
+        idle = sure + sum(p[c.ids] for c in rows.candidates if c.ids in p and c.ids not in family and carried(c, rows) <= LEAST_SHARE)
+        none, unknown = _released(p, idle, strained(first))
+        if none > max(unknown, named - idle):
             return say(NOTHING, (), none, (), f"{partly(rows, top)}, and what is left looks like noise")
         return say(UNDECIDED, (), unknown, (), barred or slow or left(rows, top))
     tied = _tied(standing(rows), top)

@@ -316,6 +316,10 @@ def test_what_is_no_cause_leaves_its_share_to_what_has_no_name_but_where_nothing
     # a sound bench with bristles was `unknown` for a candidate that brought it nowhere, at 0.39 for nothing and 0.21 for what has no name
     found = decided(rows(c), {("viscous",): 0.4, NONE: 0.39, UNKNOWN: 0.21}, weights())
     assert found.status == "none" and found.confidence == pytest.approx(0.65) and "looks like noise" in found.why
+    # so do all others that explain nothing, not the likeliest alone
+    several = [row(i, share=0.0) for i in ("viscous", "slack", "crosstalk")]
+    found = decided(rows(*several), {**{c.ids: 0.2 for c in several}, NONE: 0.21, UNKNOWN: 0.19}, weights())
+    assert found.status == "none" and found.confidence == pytest.approx(0.525)
     # several effects that describe a gap by sizes which none has do leave one
     together = row("viscous", "slack", outside=2, strengths=2)
     assert decided(rows(together), {together.ids: 0.4, NONE: 0.39, UNKNOWN: 0.21}, weights()).status == "unknown"
