@@ -63,27 +63,7 @@ def name_pattern(stems: list[str], takes: bool = False) -> Named:
     if len(shapes) != 1:
         return Named(reason="the file names are not alike: labels need a manifest (--manifest)")
     columns = list(zip(*cut, strict=True))
-    labels: dict[int, str] = {}
-    unknown: list[int] = []
-    asked: list[str] = []
-    for i, values in enumerate(columns):
-        label = _label(i, values, columns)
-        if label == "system" and _no_system(i, columns):
-            continue
-        if label and label not in labels.values():
-            labels[i] = label
-            asked.append(_doubt(i, label, columns))
-        elif label:
-            asked.append(f"{values[0]} may be the {label} too: which is it?")
-        elif label is None and len(set(values)) > 1 and not takes:
-            unknown.append(i)
-    if unknown and "config_id" not in labels.values():
-        labels[unknown[0]] = "config_id"
-        asked.append("does this part of the name tell the bending configuration?")
-    elif len(unknown) == 1 and columns[unknown[0]][0].isdigit():
-        asked.append("the number that varies gets no label: if it only counts runs, deleting this mark is enough")
-    elif unknown:
-        asked.append("the name has parts that vary and got no label")
+    labels, unknown, asked = _labelled(columns, takes)
     question = "; ".join(dict.fromkeys(filter(None, asked)))
     if not labels:
         return Named(reason="" if len(stems) == 1 else "the file names give no label")
@@ -106,6 +86,33 @@ def name_pattern(stems: list[str], takes: bool = False) -> Named:
             body.append(shape if len(set(values)) > 1 and shape else re.escape(values[0]))
     shown = ", ".join([f"{labels[i]} from '{columns[i][0]}'" for i in labels] + [f"{k} = {v}" for k, v in constants])
     return Named("^" + "".join(body), tuple(labels.values()), question, f"file names give {shown}", constants)
+
+
+def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int], list[str]]:
+    """Return the label of each part that has one, the parts that vary without one, and the questions that are left."""
+    labels: dict[int, str] = {}
+    unknown: list[int] = []
+    asked: list[str] = []
+    for i, values in enumerate(columns):
+        label = _label(i, values, columns)
+        if label == "system" and _no_system(i, columns):
+            continue
+        if label and label not in labels.values():
+            labels[i] = label
+            asked.append(_doubt(i, label, columns))
+        elif label:
+            asked.append(f"{values[0]} may be the {label} too: which is it?")
+        elif label is None and len(set(values)) > 1 and not takes:
+            unknown.append(i)
+    given = set(labels.values())
+    if unknown and "config_id" not in given and not {"location", "lead_mm"} <= given:
+        labels[unknown[0]] = "config_id"
+        asked.append("does this part of the name tell the bending configuration?")
+    elif len(unknown) == 1 and columns[unknown[0]][0].isdigit():
+        asked.append("the number that varies gets no label: if it only counts runs, deleting this mark is enough")
+    elif unknown:
+        asked.append("the name has parts that vary and got no label")
+    return labels, unknown, asked
 
 
 def side_of(stem: str) -> str:

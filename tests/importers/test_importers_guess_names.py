@@ -167,3 +167,11 @@ def test_a_lead_that_goes_on_or_has_a_unit_or_a_sign_is_asked(stem: str, questio
 
 def test_an_angle_per_second_with_a_number_behind_is_asked() -> None:
     assert "a speed per s" in name_pattern(["sstl_10deg_s_1"]).question
+
+
+@pytest.mark.parametrize("last", [("1", "2"), ("slow", "fast")])
+def test_what_varies_behind_a_location_and_a_lead_is_asked_and_is_no_bend(last: tuple[str, str]) -> None:
+    """Deleting the mark made one configuration of a lead of 10 mm and one of 20 mm."""
+    found = name_pattern([f"P3_NP_lead{lead}_{system}_{n}" for lead, system, n in (("10", "sstl", last[0]), ("20", "act", last[1]))])
+    assert dict(found.constants) == {"config_id": "{location}-{lead_mm}"} and "<bend>" not in found.pattern
+    assert "no label" in found.question
