@@ -5,14 +5,22 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from sstl_cli.importers.guess_words import LEAD, REFERENCE, SIDE_OF, words
+from sstl_cli.importers.guess_words import LEAD, QUANTITY_OF, REFERENCE, SIDE_OF, words
 from sstl_cli.importers.systems import SYSTEM_OF, known_system
 
 _PARTS = re.compile(r"\d+(?:\.\d+)?|[A-Za-z]+|[^A-Za-z0-9]+")
 _LOCATIONS = {"NP", "CP", "ND"}
 _MOTIONS = words("sine sin sinus tri triangle ramp step steps chirp random trap trapezoid sweep multisine hold cycle")
 _TRIAL = words("run trial rep take test nr no t v rec log set file part dataset messung versuch essai ensayo prova")
-_BEND = words("deg bend angle config cfg conf curve radius r bending biegung winkel grad kurve")
+_BEND = words(
+    "deg bend angle config cfg conf curve radius r bending biegung bieg winkel grad kurve curvature courbure courbe cintrage flexion angulo "
+    "curva curvatura doblado piega piegatura angolo 弯曲 彎曲 曲げ 湾曲 굽힘"
+)
+# in front of a number that is the same in all names these count or measure something else
+_COUNTED = words(
+    "exp experiment try attempt subject sub sample specimen rig robot sheath tube sensor tendon seil cable wire v vel speed f freq hz ch day "
+    "session series serie block batch user person patient version ver rev cycle rep 第 jan feb mar apr may jun jul aug sep oct nov dec"
+)
 # beside these act is what was measured
 _ACTUAL = REFERENCE | words("actual measured meas ist vs")
 # in front of a label, or behind it, these say that it does not hold, or only nearly so
@@ -29,6 +37,9 @@ _TURNS = words("roll pitch yaw twist tilt tip rot rotation torsion phase knob")
 # between a number and its decimals, where no dot may stand in a name
 _DECIMAL = words("p d pt point dot komma comma ,")
 _LENGTHS = words("inch inches zoll cm")
+_NO_BEND = _COUNTED | _TRIAL | _MOTIONS | _TURNS | _DENIES | REFERENCE | set(QUANTITY_OF) | set(SIDE_OF) | set(SYSTEM_OF)
+# a number with more digits is a date or the count of a recorder
+_BEND_DIGITS = 3
 Columns = list[tuple[str, ...]]
 
 
@@ -112,7 +123,27 @@ def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int],
         asked.append("the number that varies gets no label: if it only counts runs, deleting this mark is enough")
     elif unknown:
         asked.append("the name has parts that vary and got no label")
+    elif given & {"system", "location"} and not given & {"config_id", "lead_mm"} and (fixed := _maybe_bends(columns)):
+        labels[fixed[0]] = "config_id"
+        shown = " or ".join(f"{columns[i][0]} behind '{_before(i, columns)}'" for i in fixed)
+        asked.append(f"does {shown} tell the bending configuration? If not, write the number in place of its group")
     return labels, unknown, asked
+
+
+def _maybe_bends(columns: Columns) -> list[int]:
+    """Return the places of numbers, the same in all names, behind a word that may call a bend in any language (``bocht30``), the largest first."""
+    found = []
+    for i, values in enumerate(columns):
+        digits, touching = values[0].partition(".")[0], _at(i - 1, columns)[-1:]
+        if len(set(values)) > 1 or not digits.isdigit() or not touching.isalpha() or _before(i, columns) in _NO_BEND:
+            continue
+        # 07 counts, 5N and 2Hz have a unit of their own, 0p2 goes on from a number
+        counts = len(digits) > _BEND_DIGITS or (len(digits) > 1 and float(digits) < 10)
+        own_unit = _at(i + 1, columns)[:1].isascii() and _at(i + 1, columns)[:1].isalpha()
+        goes_on = _before(i, columns) in _DECIMAL and _at(i - 2, columns)[-1:].isdigit()
+        if not (counts or own_unit or goes_on):
+            found.append(i)
+    return sorted(found, key=lambda i: -float(columns[i][0]))
 
 
 def side_of(stem: str) -> str:
@@ -178,6 +209,9 @@ def _at(i: int, columns: Columns) -> str:
 def _before(i: int, columns: Columns) -> str:
     """Return the part in front of another, over what separates them."""
     part = _at(i - 1, columns)
+    # letters of other scripts stand between parts, among what separates them
+    if others := re.findall(r"[^\W\d_]+", "" if part.isascii() else part):
+        return str(others[-1])
     return _at(i - 2, columns) if part and not part[0].isalnum() and i > 1 else part
 
 

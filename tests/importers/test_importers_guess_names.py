@@ -175,3 +175,63 @@ def test_what_varies_behind_a_location_and_a_lead_is_asked_and_is_no_bend(last: 
     found = name_pattern([f"P3_NP_lead{lead}_{system}_{n}" for lead, system, n in (("10", "sstl", last[0]), ("20", "act", last[1]))])
     assert dict(found.constants) == {"config_id": "{location}-{lead_mm}"} and "<bend>" not in found.pattern
     assert "no label" in found.question
+
+
+@pytest.mark.parametrize(
+    "stems",
+    [
+        ["essai4_courbure30_act"],
+        ["prova2_piega30_sstl"],
+        ["曲げ30_sstl_1回目"],
+        ["act_굽힘30"],
+        ["ensaio_curva30_sstl"],
+        ["Versuch3_Bieg30_act"],
+        ["courbure30_act", "courbure30_sstl"],
+        ["essai_courbure_30_act"],
+    ],
+)
+def test_a_word_for_a_bend_in_other_languages_gives_the_label(stems: list[str]) -> None:
+    found = name_pattern(stems)
+    assert set(found.labels) == {"system", "config_id"} and not found.question and "config_id from '30'" in found.reason
+
+
+@pytest.mark.parametrize(
+    ("stems", "number"),
+    [
+        (["meting5_bocht30_act"], "30 behind 'bocht' or 5 behind 'meting'"),
+        (["b30_sstl_1"], "30 behind 'b'"),
+        (["rig_tofile_sstl_b45"], "45 behind 'b'"),
+        (["изгиб30_act"], "30 behind 'изгиб'"),
+        (["b30_act", "b30_sstl"], "30 behind 'b'"),
+    ],
+)
+def test_a_number_behind_a_word_that_may_call_a_bend_is_asked(stems: list[str], number: str) -> None:
+    found = name_pattern(stems)
+    assert f"does {number} tell the bending configuration?" in found.question and "config_id" in found.labels
+
+
+@pytest.mark.parametrize(
+    "stem",
+    [
+        "act_run1",
+        "sstl_1",
+        "act_5N",
+        "act_f0p2Hz",
+        "sstl_v20",
+        "tek0007_act",
+        "exp07_sstl",
+        "sheath2_act",
+        "sstl_T2",
+        "2024-05-02_act",
+        "b30",
+    ],
+)
+def test_a_number_that_counts_or_measures_something_else_raises_no_question(stem: str) -> None:
+    assert not name_pattern([stem]).question and "config_id" not in name_pattern([stem]).labels
+
+
+def test_the_bend_of_one_file_is_written(tmp_path: Path) -> None:
+    """It stood in the pattern as a literal, and act never met sstl."""
+    files = written(tmp_path, ["曲げ30_act", "曲げ30_sstl"])
+    (tmp_path / "rig.toml").write_text(guess(files[:1]).toml, encoding="utf-8")
+    assert [(r.system, r.config_id) for r in run(files, read_mapping(tmp_path / "rig.toml")).runs] == [("act", "30"), ("sstl", "30")]
