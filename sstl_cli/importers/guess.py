@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import Layout, detect
 from sstl_cli.importers.finder import Recording
-from sstl_cli.importers.guess_files import Named, name_pattern, side_of, side_words, taken
+from sstl_cli.importers.guess_files import Named, name_pattern, shared_labels, side_of, side_words, taken
 from sstl_cli.importers.guess_left import not_mapped
 from sstl_cli.importers.guess_look import Look, look_at
 from sstl_cli.importers.guess_names import Said
@@ -62,13 +62,12 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     reasons += [*look.time.reasons, *roles.reasons]
     if all(n in look.channels for n in REQUIRED):
         reasons.append("the columns are canonical: no mapping is needed")
-    named = name_pattern([p.stem for p in paths]) if pair is None else _pair_labels(looks, pair)
+    rows = isinstance(look.format, JoinedRows)
+    stems = [p.stem for p in paths]
+    # of rows side by side the names of the files are those of the channels
+    named = _pair_labels(looks, pair) if pair is not None else shared_labels(stems) if rows else name_pattern(stems)
     if named.reason:
         reasons.append(named.reason)
-    rows = isinstance(look.format, JoinedRows)
-    if rows:
-        # the names of the files are those of the channels
-        named = Named()
     toml = written(
         Proposal("npz" if rows else look.format.ID, look.names, look.data, look.time, roles, named, pair, look.labels, look.runs, look.own)
     )

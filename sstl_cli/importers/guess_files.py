@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import takewhile
 
 from sstl_cli.importers.guess_words import LEAD, QUANTITY_OF, REFERENCE, SIDE_OF, words
+from sstl_cli.importers.mapping import LABELS
+from sstl_cli.importers.pattern import search
 from sstl_cli.importers.systems import SYSTEM_OF, known_system
 
 _PARTS = re.compile(r"\d+(?:\.\d+)?|[A-Za-z]+|[^A-Za-z0-9]+")
@@ -99,6 +102,27 @@ def name_pattern(stems: list[str], takes: bool = False) -> Named:
     return Named("^" + "".join(body), tuple(labels.values()), question, f"file names give {shown}", constants)
 
 
+def shared_labels(stems: list[str]) -> Named:
+    """Return the labels that the names of files with a channel each share, as constants; what differs names the channels.
+
+    Examples
+    --------
+    >>> shared_labels(["bend60_sstl_Tin", "bend60_sstl_Tout"]).constants
+    (('config_id', '60'), ('system', 'sstl'))
+    """
+    front = re.sub(r"[^-_ .]+$", "", _common(stems))
+    back = re.sub(r"^[^-_ .]+", "", _common([s[len(front) :][::-1] for s in stems])[::-1])
+    named = name_pattern([front + back]) if front + back else Named()
+    [found] = search(named.pattern, [front + back])
+    labels = (found or {}) | {k: v.format(**(found or {})) for k, v in named.constants}
+    return replace(named, pattern="", constants=tuple((k, v) for k, v in labels.items() if k in LABELS))
+
+
+def _common(texts: list[str]) -> str:
+    """Return what texts share at their beginning."""
+    return "".join(c[0] for c in takewhile(lambda c: len(set(c)) == 1, zip(*texts, strict=False)))
+
+
 def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int], list[str]]:
     """Return the label of each part that has one, the parts that vary without one, and the questions that are left."""
     labels: dict[int, str] = {}
@@ -126,7 +150,7 @@ def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int],
     elif given & {"system", "location"} and not given & {"config_id", "lead_mm"} and (fixed := _maybe_bends(columns)):
         labels[fixed[0]] = "config_id"
         shown = " or ".join(f"{columns[i][0]} behind '{_before(i, columns)}'" for i in fixed)
-        asked.append(f"does {shown} tell the bending configuration? If not, write the number in place of its group")
+        asked.append(f"does {shown} tell the bending configuration? If not, take config_id out")
     return labels, unknown, asked
 
 

@@ -95,7 +95,9 @@ def written(p: Proposal) -> str:
     lines += ["", "[constants]"]
     if "system" not in (*p.named.labels, *told):
         lines.append('system = "act"' + _mark("act: single pass, sstl: double pass"))
-    lines += [f"{k} = {json.dumps(v)}" for k, v in p.named.constants if k not in told]
+    # without a pattern the question of the names stands where their labels are
+    doubt = "" if pattern else p.named.question
+    lines += [f"{k} = {json.dumps(v)}" + _mark(doubt) for k, v in p.named.constants if k not in told]
     only_one = any(ask.startswith("only one") for ask in (p.roles.ask_first, p.roles.ask_second))
     if p.pair is not None or only_one:
         lines += ["", "[files]", 'merge = "channels"']

@@ -104,6 +104,29 @@ def test_arrays_of_one_channel_each_are_proposed_row_by_row(tmp_path: Path) -> N
     assert len(one) == len(T)
 
 
+@pytest.mark.parametrize(
+    ("shared", "labels", "asks"),
+    [
+        ("bend60_sstl_rep1", {"config_id": "60", "system": "sstl"}, set()),
+        ("NP_lead10_act", {"config_id": "NP-10", "system": "act", "location": "NP", "lead_mm": "10"}, set()),
+        ("b30_sstl", {"config_id": "30", "system": "sstl"}, {"config_id", "system"}),
+    ],
+)
+def test_arrays_of_one_channel_each_have_the_labels_that_their_names_share(
+    shared: str, labels: dict[str, str], asks: set[str], tmp_path: Path
+) -> None:
+    """The reasons announced them, and the mapping proposed ``act`` for files named sstl."""
+    files = [tmp_path / f"{shared}_{name}.npy" for name in ("Tin_N", "Tout_N", "time_s")]
+    for path, values in zip(files, (X, Y, T), strict=True):
+        np.save(path, values)
+    found = guess(files)
+    assert tomllib.loads(found.toml)["constants"] == labels and {q.target for q in found.questions} == asks
+    (tmp_path / "rig.toml").write_text("\n".join(line.partition("  # (?)")[0] for line in found.toml.splitlines()))
+    [one] = run(files, read_mapping(tmp_path / "rig.toml")).runs
+    assert (one.config_id, one.system) == (labels["config_id"], labels["system"])
+    assert one.lead_mm == (10.0 if "lead_mm" in labels else None) or np.isnan(one.lead_mm)
+
+
 def test_arrays_of_other_lengths_are_none_of_one_recording(tmp_path: Path) -> None:
     files = [tmp_path / f"{stem}.npy" for stem in ("t_s", "f_in_N", "f_out_N")]
     for path, values in zip(files, (T, X, Y[:-3]), strict=True):
