@@ -20,6 +20,8 @@ class Counts:
     gaps: int = 0
     filled: int = 0
     dropouts: int = 0
+    # dropouts between readings of a channel that go on behind them: interpolating fills these
+    between: int = 0
     spikes: int = 0
     step_s: float | None = None
     gap_s: float | None = None

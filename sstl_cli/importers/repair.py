@@ -94,20 +94,15 @@ class Splitter:
             )
         no_time = np.isnan(chunk.signals["time_s"])
         if self.policy.repair.dropouts == "interpolate":
-            time = chunk.signals["time_s"]
             for name in REQUIRED[1:]:
-                values = chunk.signals[name]
-                good = np.isfinite(values) & ~no_time
-                if good.sum() >= 2:
-                    inside = ~good & ~no_time & (time > time[good][0]) & (time < time[good][-1])
-                    order = np.argsort(time[good], kind="stable")
-                    values = values.copy()
-                    values[inside] = np.interp(time[inside], time[good][order], values[good][order])
-                    chunk.signals[name] = values
+                chunk.signals[name] = _filled(chunk.signals["time_s"], chunk.signals[name])
             lost = no_time.copy()
             for name in REQUIRED[1:]:
                 lost |= np.isnan(chunk.signals[name])
             self.counts.filled += n - int(lost.sum())
+        elif len(chunk) - n < self.policy.repair.min_samples:
+            filled = [_filled(chunk.signals["time_s"], chunk.signals[name]) for name in REQUIRED[1:]]
+            self.counts.between += int(np.isfinite(np.sum(filled, axis=0) + chunk.signals["time_s"]).sum())
         self.counts.notes.aside("dropouts (no number)", int(lost.sum()))
         return rows_of(chunk, ~lost)
 
@@ -369,3 +364,16 @@ class Splitter:
             **text,  # type: ignore[arg-type]
             **signals,  # type: ignore[arg-type]
         )
+
+
+def _filled(time: Array, values: Array) -> Array:
+    """Return readings with those that are missing between two others set on the line through them."""
+    no_time = np.isnan(time)
+    good = np.isfinite(values) & ~no_time
+    if good.sum() < 2:
+        return values
+    inside = ~good & ~no_time & (time > time[good][0]) & (time < time[good][-1])
+    order = np.argsort(time[good], kind="stable")
+    values = values.copy()
+    values[inside] = np.interp(time[inside], time[good][order], values[good][order])
+    return values

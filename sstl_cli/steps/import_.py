@@ -27,6 +27,9 @@ from sstl_cli.importers.window import windowed
 
 # samples of one file that may wait in memory until it is known to be sound
 HELD_SAMPLES = 2_000_000
+ROWS_OF_THEIR_OWN = (
+    'the tensions have rows of their own, with empty cells between: write dropouts = "interpolate" in [repair] of the mapping'
+)
 
 
 @dataclass(frozen=True)
@@ -208,7 +211,7 @@ def _runs(
         raise SstlError(
             f"no run of at least {mapping.repair.min_samples} samples ({why})",
             where=str(files[0]),
-            fix="check the file and the mapping",
+            fix="check the file and the mapping" if counts.between < mapping.repair.min_samples else ROWS_OF_THEIR_OWN,
             code="E345",
         )
 

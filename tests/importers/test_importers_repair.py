@@ -166,6 +166,19 @@ def test_dropouts_and_spikes(tmp_path: Path) -> None:
         load(path, repair={"dropouts": "fail"})
 
 
+def test_channels_with_rows_of_their_own_name_the_line_that_joins_them(tmp_path: Path) -> None:
+    """Every row has one cell that is empty: without a word of it the import ended at "check the file and the mapping"."""
+    path = write(tmp_path / "x.csv", [(t, x, "") if i % 2 else (t, "", y) for i, (t, x, y) in enumerate(even(40))])
+    with pytest.raises(SstlError, match=r'E345.*40 dropouts.*write dropouts = "interpolate" in \[repair\]'):
+        load(path)
+    _, (one,) = load(path, repair={"dropouts": "interpolate"})
+    assert len(one) == 38
+    # it fills nothing where a tension has no number, or begins when the other has ended
+    for rows in ([(t, x, "") for t, x, _ in even(40)], [(t, x, "") if i < 20 else (t, "", y) for i, (t, x, y) in enumerate(even(40))]):
+        with pytest.raises(SstlError, match="check the file and the mapping"):
+            load(write(path, rows))
+
+
 def test_one_sample_and_empty(tmp_path: Path) -> None:
     with pytest.raises(SstlError, match="no run of at least 2 samples"):
         load(write(tmp_path / "x.csv", even(1)))
