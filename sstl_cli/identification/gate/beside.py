@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sstl_cli.core.stretches import stretches
 from sstl_cli.identification.gate import overflows
 from sstl_cli.identification.gate.movement import NO_MOVEMENT, Movement, movement_of, unlike
 
@@ -20,7 +22,7 @@ STEPS = 50
 
 
 @dataclass(frozen=True)
-class Rest:
+class Standstill:
     """The stretch of one position in which the input moves most: its length and beginning (s), and by how much (N); ``fine`` is whether the position goes many of its steps."""
 
     length_s: float
@@ -31,24 +33,26 @@ class Rest:
 
 def wrap_of(position: Array | None, x: Array) -> float:
     """Return by how much (mm) a position jumps from one end of its range to the other while the input goes on, NaN where it does not."""
-    if position is None or len(position) < MIN_SAMPLES or not np.isfinite(position).all():
-        return math.nan
-    return overflows.size_n(position, overflows.turns_beside(position, x))
+    return overflows.size_n(position, overflows.turns_beside(position, x)) if _throughout(position) else math.nan
 
 
-def rest_of(time_s: Array, position: Array | None, x: Array) -> Rest | None:
+def standstill_of(time_s: Array, position: Array | None, x: Array) -> Standstill | None:
     """Return where a position stands still, to the last digit, None where it does not or was not recorded throughout."""
-    if position is None or len(position) < MIN_SAMPLES or not np.isfinite(position).all():
+    if not _throughout(position):
         return None
     steps = np.abs(np.diff(position))
-    edges = np.concatenate(([0], np.flatnonzero(steps) + 1, [len(position)]))
-    # a stretch of a few samples is none
-    long = [(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a >= MIN_SAMPLES]
+    # between n samples that are alike lie n - 1 steps; a stretch of a few samples is none
+    long = [(a, b + 1) for a, b in stretches(steps == 0.0) if b + 1 - a >= MIN_SAMPLES]
     if not long:
         return None
     a, b = max(long, key=lambda s: float(np.ptp(x[s[0] : s[1]])))
     fine = bool(steps.any()) and float(np.ptp(position)) > STEPS * float(np.min(steps[steps > 0.0]))
-    return Rest(float(time_s[b - 1] - time_s[a]), float(time_s[a] - time_s[0]), float(np.ptp(x[a:b])), fine)
+    return Standstill(float(time_s[b - 1] - time_s[a]), float(time_s[a] - time_s[0]), float(np.ptp(x[a:b])), fine)
+
+
+def _throughout(position: Array | None) -> TypeGuard[Array]:
+    """Whether a position was recorded in every sample of a run that is long enough to tell."""
+    return position is not None and len(position) >= MIN_SAMPLES and bool(np.isfinite(position).all())
 
 
 def span_of(values: Array | None) -> float:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from sstl_cli.identification.gate.ahead import Ahead
-from sstl_cli.identification.gate.beside import Rest
+from sstl_cli.identification.gate.beside import Standstill
 from sstl_cli.identification.gate.causes import Causes
 from sstl_cli.identification.gate.clock_rate import ClockRate
 from sstl_cli.identification.gate.curves import Curve
@@ -15,7 +15,7 @@ from sstl_cli.identification.gate.filled import Filled
 from sstl_cli.identification.gate.fingerprints import Again, Keys, Sketch
 from sstl_cli.identification.gate.hum import Hum
 from sstl_cli.identification.gate.lost import Lost
-from sstl_cli.identification.gate.movement import Movement
+from sstl_cli.identification.gate.movement import WAY, Movement
 from sstl_cli.identification.gate.playfit import PlayFit
 from sstl_cli.identification.gate.sensors import Sensor
 from sstl_cli.identification.gate.sequence import MOVES, Disorder
@@ -35,8 +35,6 @@ MOST_WRAP = 2.3
 BACKLASH = 1.0
 # slope over that of the pull of an output at rest
 RESTS = 0.1
-# part of its span that a channel must go both ways to close a loop
-BACK = 0.5
 
 
 @dataclass(frozen=True)
@@ -134,7 +132,7 @@ class Evidence:
     position_follows: float
     position_movement: Movement
     position_wrap_mm: float
-    position_rest: Rest | None
+    position_rest: Standstill | None
     off: tuple[float, float]
     reference_gain: float
     reference_left: float
@@ -207,12 +205,12 @@ class Evidence:
     @property
     def propagates_back(self) -> bool:
         """Whether the output was seen to go both ways over most of what it goes: on one line friction, gain, zero and a curve are not told apart."""
-        return self.both_ways[1] >= BACK
+        return self.both_ways[1] >= WAY
 
     @property
     def comes_back(self) -> bool:
         """Whether the input goes over most of its way both ways: what one direction takes shows beside the other one only."""
-        return self.both_ways[0] >= BACK
+        return self.both_ways[0] >= WAY
 
     def but_noise(self, i: int) -> bool:
         """Whether a channel (0 input, 1 output) shows no movement behind its noise: then it has no loops and no level of its own."""

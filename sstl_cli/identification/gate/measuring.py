@@ -19,8 +19,8 @@ from sstl_cli.identification.gate.beside import (
     reference_gain,
     reference_lag,
     reference_left,
-    rest_of,
     span_of,
+    standstill_of,
     wrap_of,
 )
 from sstl_cli.identification.gate.causes import NO_CAUSES, causes_of, floor_of
@@ -156,7 +156,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         position_follows=follows_of(run.position_in_mm, run.tension_in_n),
         position_movement=position_movement(run.position_in_mm),
         position_wrap_mm=wrap_of(run.position_in_mm, clean.tension_in_n),
-        position_rest=rest_of(run.time_s, run.position_in_mm, clean.tension_in_n),
+        position_rest=standstill_of(run.time_s, run.position_in_mm, clean.tension_in_n),
         off=(off_of(run.position_in_mm, run.tension_in_n), off_of(run.tension_ref_n, run.tension_in_n)),
         reference_gain=reference_gain(run.tension_ref_n, run.tension_in_n),
         reference_left=reference_left(run.tension_ref_n, clean.tension_in_n),

@@ -19,6 +19,8 @@ SHIFT, LEAST = 0.1, 0.4
 TAIL = 0.02
 # part of its span, and noises, by which a channel must go back to have turned
 TURN, NOISES = 0.1, 8.0
+# part of its span that a channel must go one way for that way to tell anything
+WAY = 0.5
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.identification.gate.causes import MORE, SPEED, Cause, Causes, best_fit, bundled, finest, floor_of
-from sstl_cli.identification.gate.movement import ways_of
+from sstl_cli.identification.gate.movement import WAY, ways_of
 
 Array = NDArray[np.float64]
 # points of the search, samples (parts of the run) at which it begins, and how many of the best of these are followed
@@ -29,8 +29,6 @@ TAKES = 0.6
 LEAST = 0.01
 # difference of the logarithms of n theta from which on two bends are two: friction that runs in, or falls with speed, turns by a tenth where a movement does
 APART = 0.15
-# part of its span that an output must go the same way on either side
-BACK = 0.5
 
 
 @dataclass(frozen=True)
@@ -60,7 +58,7 @@ def parted_of(points: tuple[Array, Array, Array], noise_n: float, rest_n: float,
     if rest_n < max(MORE * causes.noise_n, LEAST * float(np.ptp(y))):
         return None
     at = _likeliest(x, y, floor)
-    if max(map(min, ways_of(y[:at], noise_n), ways_of(y[at:], noise_n))) < BACK:
+    if max(map(min, ways_of(y[:at], noise_n), ways_of(y[at:], noise_n))) < WAY:
         # of a pull here and a release there each may have its own friction in one bend, and what breaks away has another one
         return None
     found = _fit(x, y, _step(len(x), at), floor)

@@ -18,20 +18,13 @@ FALLS = -0.3
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output friction explains, or whose input goes with the output, once its sign is put back."""
-    yield from _inputs([e for e in log if e.usable and e.shapes.fold_in and e.dropouts[0] is None])
+    inputs = [e for e in log if e.usable and e.shapes.fold_in and e.dropouts[0] is None]
+    yield from _unsigned(inputs, 0, "the input turns back at zero while the output goes on")
     hit = folds(log)
     # what goes to both sides of zero at the input (an angle, a difference of two tendons) has lost its sign, and no zero was wrong
     both = [e for e in hit if not e.tendon_like]
     hit = [e for e in hit if e.tendon_like]
-    if both:
-        ids = tuple(e.run_id for e in both)
-        yield Remark(
-            # a size without a sign may be meant where the output is no tension
-            ids, RULE, "failure" if all(e.both_tensions for e in both) else "remark", 0.0, "N",
-            f"{names(ids)}: the output turns back at zero against its input, which itself goes through zero, and goes with it once its sign is changed beyond; "
-            "the absolute value of the output was probably taken",
-            f"{CHANNELS[1]} = {{ column = (the reading with its sign) }}",
-        )  # fmt: skip
+    yield from _unsigned(both, 1, "the output turns back at zero against its input, which itself goes through zero")
     if hit:
         size = float(np.median([e.shapes.fold_n for e in hit]))
         own = {e.run_id for e in hit}
@@ -56,14 +49,13 @@ def beyond_fold(e: Evidence) -> bool:
     return e.tendon_like and e.correlation < FALLS and never_negative
 
 
-def _inputs(hit: Sequence[Evidence]) -> Iterator[Remark]:
-    """Yield runs whose input turns at zero while the output goes on."""
+def _unsigned(hit: Sequence[Evidence], side: int, how: str) -> Iterator[Remark]:
+    """Yield runs of which a channel (``side``: 0 the input, 1 the output) has lost its sign beyond zero, with no zero that was wrong."""
     if hit:
-        ids = tuple(e.run_id for e in hit)
+        ids, name = tuple(e.run_id for e in hit), ("input", "output")[side]
         yield Remark(
             # a size without a sign may be meant where a channel is no tension
             ids, RULE, "failure" if all(e.both_tensions for e in hit) else "remark", 0.0, "N",
-            f"{names(ids)}: the input turns back at zero while the output goes on, and goes with it once its sign is changed beyond; "
-            "the absolute value of the input was probably taken",
-            f"{CHANNELS[0]} = {{ column = (the reading with its sign) }}",
+            f"{names(ids)}: {how}, and goes with it once its sign is changed beyond; the absolute value of the {name} was probably taken",
+            f"{CHANNELS[side]} = {{ column = (the reading with its sign) }}",
         )  # fmt: skip
