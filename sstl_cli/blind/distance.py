@@ -8,7 +8,7 @@ the noise of the input depends on what is known of the movement; both ends are c
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 Effects = Mapping[str, Mapping[str, float]]
 # rivals that are refitted: those that come nearest in the linear step, and every look-alike
 RIVALS, SUBSETS = 6, 2
+# of what has no name the nearest rivals are joined by a second effect, and the nearest pair by a third, as a diagnosis would
+PAIRED = 3
 BASE_ROUNDS, ROUNDS, LAST_ROUNDS = 6, 5, 3
 # far below any noise: a reading that stands still would pass for a slow sensor
 TICK_N = 1e-6
@@ -47,7 +49,8 @@ class Apart:
 
     The simulator follows other laws than the fast model, which is no evidence for anybody: the distance to the base is
     beyond ``law``, what the base leaves where nothing is withheld, and those to rivals are beyond ``own``, what the withheld
-    effects leave in the fast model (beyond ``law`` where it holds no such effect).
+    effects leave in the fast model (beyond ``law`` where it holds no such effect). Where the truth is no candidate, ``joined``
+    are the pairs and the triple of candidates that come nearest, the input noise not smoothed.
     """
 
     base: float
@@ -56,6 +59,7 @@ class Apart:
     rivals_known: Mapping[str, float]
     law: float
     own: float | None
+    joined: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def rival(self) -> str | None:
@@ -141,6 +145,7 @@ class Followed:
     base: Fit
     own: Fit | None
     rivals: Mapping[str, Fit]
+    joined: Mapping[str, Fit]
 
     @property
     def phases_of(self) -> Fit:
@@ -164,7 +169,7 @@ def follow(truth: Truth, excluded: Sequence[str] = ()) -> Followed:
         models |= {f"without {e}": f for e, f in parts.items()} | _swapped(
             sim, parts, [*models, *sorted(_alike(effects) & set(ids) - set(models))]
         )
-    return Followed(base, own, models)
+    return Followed(base, own, models, _joined(sim, models, ids) if own is None and effects else {})
 
 
 def apart(truth: Truth, excluded: Sequence[str] = ()) -> Apart:
@@ -185,6 +190,7 @@ def apart(truth: Truth, excluded: Sequence[str] = ()) -> Apart:
         {k: max(far[k] - far.get("own", law_known), 0.0) for k in found.rivals},
         law if truth.effects else near[""],
         near.get("own"),
+        {k: max(_cost(f) - law, 0.0) for k, f in found.joined.items()},
     )
 
 
@@ -296,9 +302,26 @@ def _swapped(sim: Simulator, parts: Mapping[str, Fit], ids: Sequence[str]) -> di
     """Return for each part of a pair the other part with the effect that replaces it best."""
     found = {}
     for lost, kept in parts.items():
-        tries = [(*screen(sim, kept, h), h) for e in ids for h in starting(e, sim.problem.systems)]
-        _, start, h = max(tries, key=lambda t: t[0])
-        joined = kept.hypothesis.joined(h)
-        done = fit(sim, kept.whiten, joined, kept.theta, np.concatenate((kept.values, start)), ROUNDS)
+        done = _with_best(sim, kept, ids)
         found[f"{'+'.join(done.ids)} for {lost}"] = done
     return found
+
+
+def _joined(sim: Simulator, rivals: Mapping[str, Fit], ids: Sequence[str]) -> dict[str, Fit]:
+    """Return the nearest rivals, each with the effect that adds most to it, and the nearest of these pairs with a third."""
+    first = sorted(rivals.values(), key=_cost)[:PAIRED]
+    pairs = [_with_best(sim, f, [e for e in ids if e not in f.ids]) for f in first]
+    nearest = min(pairs, key=_cost, default=None)
+    more = [] if nearest is None else [_with_best(sim, nearest, [e for e in ids if e not in nearest.ids])]
+    found: dict[str, Fit] = {}
+    for f in sorted((*pairs, *more), key=_cost):
+        found.setdefault("+".join(sorted(f.ids)), f)
+    return found
+
+
+def _with_best(sim: Simulator, kept: Fit, ids: Sequence[str]) -> Fit:
+    """Return a fit with the effect in it that promises most beside what it has, from its best linear step."""
+    tries = [(*screen(sim, kept, h), h) for e in ids for h in starting(e, sim.problem.systems)]
+    _, start, h = max(tries, key=lambda t: t[0])
+    joined = kept.hypothesis.joined(h)
+    return fit(sim, kept.whiten, joined, kept.theta, np.concatenate((kept.values, start)), ROUNDS)

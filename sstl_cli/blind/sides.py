@@ -11,6 +11,7 @@ from sstl_cli.blind.score import Sides, scores
 from sstl_cli.blind.strength import STRENGTHS
 from sstl_cli.core.documents.blind import AgainstLimit, CaseDistance, DistanceRow, SimulatorRow
 from sstl_cli.core.observer import ideal
+from sstl_cli.diagnosis.constants import DECIDABLE
 
 ALL = "all"
 # strata of the smaller of the distances to base and nearest rival
@@ -25,16 +26,24 @@ def compared(cases: Sequence[Judged], distances: Mapping[str, CaseDistance] | No
     # where nothing is missing there is nothing to decide between: those cases stay
     left = [c for c in cases if c.kind == "none" or c.case in decidable]
     d2 = {c: d for c, row in distances.items() if (d := smallest(row)) is not None}
-    return Sides(rows(cases), rows(left), by_d2(cases, d2), against_limit(cases, decidable, d2))
+    combined = {c for c, row in distances.items() if row.d2_joined is not None and row.d2_joined < DECIDABLE}
+    return Sides(rows(cases), rows(left), by_d2(cases, d2), against_limit(cases, decidable, d2, combined))
 
 
-def against_limit(cases: Sequence[Judged], decidable: Set[str], d2: Mapping[str, float]) -> AgainstLimit:
-    """Return what the targets ask of the cases that their recordings could decide, and of those that they could not."""
+def against_limit(cases: Sequence[Judged], decidable: Set[str], d2: Mapping[str, float], combined: Set[str] = frozenset()) -> AgainstLimit:
+    """Return what the targets ask of the cases that their recordings could decide, and of those that they could not.
+
+    Parameters
+    ----------
+    combined : set of str
+        Cases that a pair or triple of candidates shows as well, though no single candidate does.
+    """
     told = [c for c in cases if c.case in decidable]
     single = of(told, "single")
     return AgainstLimit(
         isolation=share(c.exact for c in single),
         unknown_recall=share(c.recalled for c in of(told, "outside")),
+        unknown_recall_joined=share(c.recalled for c in of(told, "outside") if c.case not in combined),
         both_of_a_pair=share(c.withheld <= c.named for c in of(told, "pair")),
         ideal=_ideal([d2[c.case] for c in single if c.case in d2]),
         undecidable_in_set=share(

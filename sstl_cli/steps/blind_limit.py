@@ -44,6 +44,7 @@ def run(case: str, truth: CaseTruth, claimed: Scenario, exclude: Sequence[str]) 
     if not effects:
         return nothing.model_copy(update={**law, "why": "nothing was withheld"})
     nearest = sorted(found.rivals, key=lambda r: (found.rivals[r], r))
+    joined = min(found.joined, key=lambda r: (found.joined[r], r), default=None)
     rival_known = min(found.rivals_known.values(), default=None)
     told = {
         **law,
@@ -54,6 +55,8 @@ def run(case: str, truth: CaseTruth, claimed: Scenario, exclude: Sequence[str]) 
         "rival": nearest[0] if nearest else None,
         "rivals": {r: found.rivals[r] for r in nearest[:LISTED]},
         "decidable": bool(min(found.base, *found.rivals.values(), np.inf) >= DECIDABLE),
+        "d2_joined": None if joined is None else found.joined[joined],
+        "joined": joined,
         "decidable_known": bool(min(found.base_known, *found.rivals_known.values(), np.inf) >= DECIDABLE),
     }
     return nothing.model_copy(update=told)

@@ -102,5 +102,11 @@ def test_targets_of_what_could_be_decided_and_of_the_slope():
     found = {t.id: t for t in targets(Scores(**EMPTY, false_alarm=None, ece=None, slope=1.09), calibration, limit)}
     assert found["slope"].met is True and found["slope"].high == calibration.slope_high
     met = {i: t.met for i, t in found.items() if i.startswith("limit_")}
-    assert met == {"limit_isolation": True, "limit_unknown_recall": None, "limit_both_of_a_pair": False, "limit_undecidable_in_set": True}
+    assert met == {
+        "limit_isolation": True,
+        "limit_unknown_recall": None,
+        "limit_unknown_recall_joined": None,
+        "limit_both_of_a_pair": False,
+        "limit_undecidable_in_set": True,
+    }
     assert (found["limit_isolation"].k, found["limit_isolation"].n) == (19, 20)

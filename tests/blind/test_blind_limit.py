@@ -100,6 +100,33 @@ def test_an_excluded_truth_is_told_from_the_others_alone():
     case = drawn("excluded", ("gain_error",), 4.0)
     found = limit(case)
     assert found["d2_own"] is None and "gain_error" not in found["rivals"]
+    # what a candidate comes near another one beside it comes nearer, and neither is the excluded one
+    assert found["d2_joined"] <= found["d2_rival"] and "gain_error" not in found["joined"].split("+")
+    assert 2 <= len(found["joined"].split("+")) <= 3
+
+
+def test_a_cause_that_a_pair_of_candidates_shows_as_well_counts_apart():
+    def judged(case, status):
+        return Judged(case, made_truth(["viscous"], kind="outside", excluded=True), status, (), (), 0.9, 1.0, {}, None, None)
+
+    def row(case, joined):
+        none = dict.fromkeys(("channel", "rival", "d2_base_known", "d2_rival_known", "d2_law", "d2_own", "why"))
+        return CaseDistance(
+            case=case,
+            effects=["viscous"],
+            d2_base=90.0,
+            d2_rival=30.0,
+            rivals={},
+            decidable=True,
+            decidable_known=True,
+            d2_joined=joined,
+            **none,
+        )
+
+    cases = [judged("a", "unknown"), judged("b", "ambiguous"), judged("c", "ambiguous")]
+    found = sides.compared(cases, {r.case: r for r in (row("a", 40.0), row("b", 3.0), row("c", None))}).against_limit
+    assert (found.unknown_recall.k, found.unknown_recall.n) == (1, 3)
+    assert (found.unknown_recall_joined.k, found.unknown_recall_joined.n) == (1, 2)
 
 
 def test_strata_and_the_ideal_observer():

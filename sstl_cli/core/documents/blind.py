@@ -158,6 +158,9 @@ class AgainstLimit(Part):
 
     isolation: Share | None = Field(description="single effects at any strength, of decidable cases")
     unknown_recall: Share | None = Field(description="causes that are no candidate, of decidable cases")
+    unknown_recall_joined: Share | None = Field(
+        None, description="the same, of cases that are decidable against pairs and triples of candidates as well"
+    )
     both_of_a_pair: Share | None = Field(description="pairs, of decidable cases")
     ideal: float | None = Field(description="what an ideal observer would isolate of the same single effects")
     undecidable_in_set: Share | None = Field(description="single effects and pairs that are not decidable: sets that hold the truth")
@@ -296,6 +299,8 @@ class CaseDistance(Part):
     decidable: bool
     decidable_known: bool
     why: str | None
+    d2_joined: float | None = Field(None, description="to the nearest pair or triple of candidates, where the truth is no candidate")
+    joined: str | None = Field(None, description="that pair or triple")
 
 
 class BlindLimitDocument(Document):
