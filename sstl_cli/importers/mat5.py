@@ -31,6 +31,7 @@ from sstl_cli.importers.base import (
     slices,
     text_array,
 )
+from sstl_cli.importers.told import told
 
 # number arrays and lists of texts by name
 Vectors: TypeAlias = dict[str, np.ndarray | list[str]]
@@ -57,7 +58,13 @@ def channels(path: Path, layout: Layout) -> list[Channel]:
     """Return vectors and matrix columns of all variables and struct fields (``a.b``, ``runs(2).time_s``, ``m[3]``)."""
     with guarded(path, TITLE):
         found = _vectors(path)
-        return [Channel(n, len(v), _unit(n, found), text=isinstance(v, list), label=_label(n, found)) for n, v in found.items()]
+        texts = {n: v for n, v in found.items() if isinstance(v, list)}
+        beside = told([n for n in found if n not in texts], texts)
+        out = []
+        for name, values in found.items():
+            label, unit = beside.get(name, ("", ""))
+            out.append(Channel(name, len(values), unit or _unit(name, found), text=name in texts, label=label))
+        return out
 
 
 def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, notes: Notes) -> Iterator[Block]:
@@ -79,13 +86,6 @@ def _unit(name: str, found: Vectors) -> str:
     """Return what a struct ``units`` of the file says of a field (empty where there is none)."""
     said = found.get(f"units.{name.rpartition('.')[2]}")
     return str(said[0]).strip() if isinstance(said, list) and len(said) == 1 and not name.startswith("units.") else ""
-
-
-def _label(name: str, found: Vectors) -> str:
-    """Return how a structure with time labels the values of a signal (``signals(2).label``, empty where it does not)."""
-    signal, _, field = name.rpartition(".")
-    said = found.get(f"{signal}.label") if field == "values" else None
-    return str(said[0]).strip() if isinstance(said, list) and len(said) == 1 else ""
 
 
 def _cut(held: Values) -> Callable[[int, int], Values]:

@@ -6,7 +6,7 @@ import stat
 import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
@@ -27,6 +27,7 @@ from sstl_cli.importers.base import (
     same_length,
     text_array,
 )
+from sstl_cli.importers.told import told
 
 ID = "npz"
 TITLE = "a NumPy file (.npz or .npy)"
@@ -66,13 +67,18 @@ def channels(path: Path, layout: Layout) -> list[Channel]:
     """Return the arrays and matrix columns (``name[2]``) and the fields of structured arrays (``name.field``)."""
     with guarded(path, TITLE):
         out = []
-        for a in _members(path):
+        members = _members(path)
+        for a in members:
             if a.kind.names:
                 out += [Channel(f"{a.name}.{f}", a.rows, text=a.kind[f].kind in "US") for f in a.kind.names]
             elif a.matrix:
                 out += [Channel(f"{a.name}[{i + 1}]", a.rows) for i in range(min(a.shape[1], 512))]
             elif a.kind.kind in "biufUS":
                 out.append(Channel(a.name, a.rows, text=a.kind.kind in "US"))
+        # names of the columns of a matrix; labels of each sample are as many as those
+        few = [a for a in members if a.kind.kind in "US" and a.rows <= max((b.shape[1] for b in members if b.matrix), default=0)]
+        beside = told([c.name for c in out if not c.text], {a.name: text_array(_load(path, a).ravel()).to_pylist() for a in few})
+        out = [replace(c, label=beside[c.name][0], unit=beside[c.name][1]) if c.name in beside else c for c in out]
         require_few(path, len(out))
         return out
 
