@@ -13,13 +13,11 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.units import unit_of
 from sstl_cli.importers.guess_names import Said
-from sstl_cli.importers.guess_time import MARK, TimeGuess, is_epoch, runs_forward
+from sstl_cli.importers.guess_time import MARK, SAME_RATE, TimeGuess, is_epoch, runs_forward
 
 Array = NDArray[np.float64]
 # of a step, how far equal clocks may lie apart where they are written with other places
 SAME_STEP = 0.01
-# of how long they run: a computer's clock against a card's, and never a clock of another rate
-SAME_RATE = 0.02
 # of two clocks of which one states no unit
 FACTORS = np.array([1.0, 60.0, 1e3, 3600.0, 6e4, 86_400.0, 1e6, 3.6e6, 6e7, 8.64e7, 1e9, 3.6e9, 8.64e10])
 

@@ -18,6 +18,7 @@ from sstl_cli.importers.guess_clocks import Clocks, trimmed, with_own_clocks
 from sstl_cli.importers.guess_labels import LabelColumn, label_columns, label_names, rows_of_first, runs_in
 from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, with_marks
 from sstl_cli.importers.guess_names import Said, contradicted, said
+from sstl_cli.importers.guess_rates import named_rate, rate_held
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
 from sstl_cli.importers.guess_time import TimeGuess, guess_time, runs_forward
@@ -90,7 +91,8 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     names = [_clock_if_forward(s, one.get(s.name)) for s in names]
     texts = [c.name for c in found if c.text and said(c.name).quantity == "time"]
     own = {c.name: c.time for c in channels if c.time and c.time != c.name}
-    time = guess_time(names, one, texts, _stamps(chosen, path, texts))
+    stated = _stamps(chosen, path, texts) or _rate(chosen, path, found)
+    time = guess_time(names, one, texts, stated)
     moving = [s for s in names if s.name in data and s.name != time.channel and moves(data[s.name])]
     _refuse_long(path, found, moving)
     roles = guess_roles(moving, data)
@@ -260,6 +262,13 @@ def _stamps(chosen: Format, path: Path, texts: list[str]) -> Stated | None:
                 break
     step = layout_of(path, Layout()).step_s if chosen.ID == "text" else math.nan
     return Stated(step, "the header states it") if math.isfinite(step) else None
+
+
+def _rate(chosen: Format, path: Path, found: list[Channel]) -> Stated | None:
+    """Return the sampling period of a rate that the file holds as a number, None where it holds none."""
+    named = [c.name for c in found if not c.text and named_rate(c.name)]
+    # each alone: it may be as long as the readings, or one number
+    return rate_held({n: _read(chosen, path, [n])[n] for n in named})
 
 
 def _read(chosen: Format, path: Path, names: list[str]) -> dict[str, Array]:

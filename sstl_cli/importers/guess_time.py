@@ -30,6 +30,8 @@ MINUTE = 60
 MS_STEP, SHORTEST_S, FASTEST_MM_S = 0.0399, 0.05, 1e3
 # of a rate, how far it may be from a whole number
 ROUNDED = 1e-3
+# of a rate, how far two clocks of one recording lie apart: a computer's clock against a card's, and never another rate
+SAME_RATE = 0.02
 # from 1 in the morning, a time of day written as a number (140321.05) may be a number of seconds
 DAYTIME = (10_000.0, 240_000.0)
 FORWARD = 0.98
@@ -88,26 +90,26 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
             key=lambda s: (_goes_back(data[s.name]), _repeats(data[s.name]) > 0.5, "header" not in s.words, _repeats(data[s.name]) > 0),
         )
         told = _ms_or_s(data[best.name], names, data, stated)
+        if (parts := _in_parts(best, names, data)) is not None:
+            return _by_rate(parts, reasons)
         sides = {s.side for s in named if s.side}
         if len(sides) == 2:
-            found = _of(best, data[best.name], reasons, told)
+            found = _of(best, data[best.name], reasons, told, stated)
             other = "out" if best.side == "in" else "in"
             clock = next((s.name for s in named if s.side == other), "...")
             ask = f"each side has its own clock: add time = {json.dumps(clock, ensure_ascii=False)} to tension_{other}_n"
             return replace(found, line=found.line.partition(MARK)[0] + MARK + ask)
-        if (parts := _in_parts(best, names, data)) is not None:
-            return _by_rate(parts, reasons)
         if (finer := _rounded(best, names, data)) is not None:
             return _by_rate(finer, reasons)
         if len(named) > 1:
             others = ", ".join(f"'{s.name}'" for s in named if s is not best)
             reasons.append(f"time_s: '{best.name}' of several clocks ({others} too)")
-        return _of(best, data[best.name], reasons, told)
+        return _of(best, data[best.name], reasons, told, stated)
     # a signal that is switched runs forward where it is switched once
     even = [s for s in clocks if _even(data[s.name]) and _repeats(data[s.name]) <= SWITCHED]
     if even:
         told = _ms_or_s(data[even[0].name], names, data, stated)
-        return _of(even[0], data[even[0].name], reasons, told, sure=_named_epoch(even[0], data[even[0].name]))
+        return _of(even[0], data[even[0].name], reasons, told, stated, sure=_named_epoch(even[0], data[even[0].name]))
     hint = f" ('{texts[0]}' holds text)" if texts else ""
     if stated is not None:
         return _by_rate(stated, reasons)
@@ -127,8 +129,9 @@ def _by_rate(stated: Stated, reasons: list[str]) -> TimeGuess:
     return TimeGuess(f"time_s = {{ rate_hz = {1.0 / stated.step_s:g} }}{MARK}{ask}", None, tuple(reasons))
 
 
-def _of(best: Said, values: Array, reasons: list[str], told: str, sure: bool = True) -> TimeGuess:
+def _of(best: Said, values: Array, reasons: list[str], told: str, stated: Stated | None, sure: bool = True) -> TimeGuess:
     unit, scale, question, why = _unit(best, values, told)
+    question = question or _against(values, unit_of(unit)[1] * scale, stated)
     if not sure:
         question = question or "is this the time, and in this unit?"
     steps = np.diff(values)
@@ -145,6 +148,18 @@ def _of(best: Said, values: Array, reasons: list[str], told: str, sure: bool = T
     if repeated:
         reasons.append(f"time repeats in {100 * repeated:.0f} % of the steps: the last of a tick is kept")
     return TimeGuess(f'time_s = {{ column = {name}, unit = "{unit}"{extra} }}{mark}', best.name, tuple(reasons))
+
+
+def _against(values: Array, size: float, stated: Stated | None) -> str:
+    """Return the question of a clock that runs at another rate than the file states, an empty text where it does not."""
+    steps = np.diff(values)
+    steps = steps[steps > 0]
+    if stated is None or not len(steps):
+        return ""
+    # pauses are no steps
+    period = size * float(np.mean(steps[steps <= GAP * np.median(steps)]))
+    off = abs(period / stated.step_s - 1.0) > SAME_RATE
+    return f"{stated.by}, a sample every {stated.step_s:g} s, and its own steps are {period:.4g} s: which is right?" if off else ""
 
 
 def _unit(best: Said, values: Array, told: str) -> tuple[str, float, str, str]:
@@ -256,8 +271,8 @@ def _rounded(best: Said, names: list[Said], data: dict[str, Array]) -> Stated | 
 
 def _odd(best: Said) -> str:
     """Return what a clock's name says beside time and its unit: a bracket that is no unit of time, a factor, another word (empty: nothing)."""
-    # data[2] is the second column of data
-    name = re.sub(r"(?<=\w)\[\d+\]$", "", best.name)
+    # data[2] is the second column of data, and X(1).Data a field of the first X
+    name = re.sub(r"(?<=\w)(?:\[\d+\]$|\(\d+\)(?=\.))", "", best.name)
     brackets = re.findall(r"[\[({<]([^\[\](){}<>]*)[\])}>]", name)
     unknown = next((b for b in brackets if b.strip() and not _unit_of_time(b, best)), "")
     factor = re.search(r"(?:[*×/]|(?<![A-Za-z])x)\s*\d+(?![\w/])", best.name)
