@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.units import is_unit
-from sstl_cli.importers.guess_words import STRANGE, UNIT_CELLS
+from sstl_cli.importers.guess_words import STRANGE, UNIT_CELLS, words
 from sstl_cli.importers.text_cells import SPACES, cut, is_missing, is_number
 
 COMMENTS = ("#", "%", "//")
@@ -22,6 +23,11 @@ _UNIT_IN_NAME = re.compile(r"^(.*?)\s*[\[(/_ ]\s*([^\s\])(/_\[]+)\s*[\])]?\s*$")
 _UNIT_LIKE = re.compile(r"\S{1,3}|\S*[/*·^]\S*")
 # what a row of data types holds: DT_DOUBLE, float64, REAL64
 _TYPE = re.compile(r"(?:dt_)?(?:u?int|u?long|u?short|l?real|float|double|single|u?s?byte|bool|d?word|string|char)_?\d*", re.IGNORECASE)
+# Unit: N, Type: double, Interp: linear, as Simulink's inspector writes below the names
+_SPOKEN = re.compile(r"([^\W\d_]+)\s*[:=]\s*(.*)")
+# how the first cell of a row says what the row tells of each column (ControlDesk, DIAdem, catman)
+UNIT_ROWS = words("unit units einheit einheiten unite unites unidad unidades unita dimension")
+NAME_ROWS = words("name names signal signals signalname channel channels kanal kanalname variable variables trace_name nom nombre nome")
 # of the readings of a column, how many are numbers, and how many rows of numbers in a row are a table of their own
 NUMERIC, RUN_ROWS = 0.8, 3
 # larger numbers in a first row are readings beside a damaged one
@@ -51,17 +57,34 @@ def table_in(sample: Sequence[str], data: Sequence[str], delimiter: str, comment
         (i, cut(line, delimiter)) for i, line in enumerate(sample) if line.strip() and not line.lstrip().startswith(comment or COMMENTS)
     ]
 
+    empty = [i for i in range(width) if all(is_missing(r[i]) for r in rows)]
+
     def fits(row: list[str]) -> bool:
-        return len(row) == width and all(is_number(row[k]) or is_missing(row[k]) for k in numeric) and any(map(is_number, row))
+        same = (
+            len(row) == width and all(is_number(row[k]) or is_missing(row[k]) for k in numeric) and all(is_missing(row[k]) for k in empty)
+        )
+        return same and any(map(is_number, row))
 
     first = next((i for i, row in plain if any(map(is_number, row))), len(sample))
-    begin = next((i for i, row in plain if fits(row)), 0) if numeric else 0
+    begin = (
+        next((i for k, (i, row) in enumerate(plain) if fits(row) and not _header_follows(plain[k + 1 :][:1], width)), 0) if numeric else 0
+    )
     if begin <= first:
         return None
+    if any(_folded(row[0]) in UNIT_ROWS for i, row in plain if i < begin) and 0 in (*numeric, *empty):
+        # rows of a header that say in their first cells what they tell, of which some tell numbers (a rate, a scale)
+        return next(i for i, row in plain if _folded(row[0]) in UNIT_ROWS | NAME_ROWS), begin
     start = _above(sample, begin, width, delimiter)
     skipped = [row for i, row in plain if i < start]
     # another table of numbers, such as one of a logger that began anew, is not left out without a word
     return None if start == begin or _is_table(skipped) else (start, begin)
+
+
+def _header_follows(following: Sequence[tuple[int, list[str]]], width: int) -> bool:
+    """Return whether a row of names stands below another, which is no reading then (LabVIEW's ``delta t``)."""
+    return any(
+        len(row) == width and all(row) and not any(c[0].isdigit() or is_number(c) or is_missing(c) for c in row) for _, row in following
+    )
 
 
 def _above(sample: Sequence[str], begin: int, width: int, delimiter: str) -> int:
@@ -124,6 +147,8 @@ def _row_of_units(names: list[str], units: list[str]) -> bool:
 def stated_unit(cell: str) -> str | None:
     """Return the unit that a cell of a row of units states, '' for one of something else or none, None where it is a name."""
     unit = cell.strip().strip("[]()").strip()
+    if (spoken := _SPOKEN.fullmatch(unit)) and _folded(spoken[1]) in UNIT_ROWS:
+        unit = spoken[2].strip()
     if is_unit(unit):
         return unit
     known = UNIT_CELLS.get(unit.lower(), "")
@@ -161,14 +186,48 @@ def _chosen(rows: list[list[str]]) -> tuple[list[str], list[str]]:
     Names stand directly above their units, whatever stands below (the type or the hardware of each column).
     """
     # a row of types alone is better than no names
-    rows = [r for r in rows if not all(_TYPE.fullmatch(c) for c in r if c)] or rows
+    rows = [r for r in rows if not (all(_TYPE.fullmatch(c) for c in r if c) or _says(r) not in ("", *UNIT_ROWS))] or rows
+    if labelled := _labelled(rows):
+        return labelled
     at = next((i for i in range(len(rows) - 1, 0, -1) if _states_units(rows[i])), 0)
     if at:
-        return rows[at - 1], rows[at]
+        # names stand above the places of the signals in a model
+        named = at > 1 and _are_places(rows[at - 1]) and len(set(rows[at - 2])) == len(rows[at - 2]) and not _are_places(rows[at - 2])
+        return rows[at - 2 if named else at - 1], rows[at]
     last = rows[-1]
     if 2 * len(set(last)) > len(last):
         return last, []
     return max(reversed(rows), key=lambda r: len(set(filter(None, r)))), []
+
+
+def _says(row: list[str]) -> str:
+    """Return the word in front of each cell of a row (``Type: double``), an empty text where they have none in common."""
+    found = [_SPOKEN.fullmatch(c) for c in row if c]
+    words = {_folded(m[1]) if m else "" for m in found}
+    return words.pop() if len(words) == 1 and len(found) > 1 else ""
+
+
+def _labelled(rows: list[list[str]]) -> tuple[list[str], list[str]] | None:
+    """Return the rows of names and units that say so in their first cells, None where none says that it holds units."""
+    first = [_folded(r[0]) for r in rows]
+    units = next((r for r, word in zip(rows, first, strict=True) if word in UNIT_ROWS and any(map(stated_unit, r[1:]))), None)
+    if units is None:
+        return None
+    named = next((r for r, word in zip(rows, first, strict=True) if word in NAME_ROWS), None)
+    above = [r for r in rows[: rows.index(units)] if not _are_places(r)]
+    names = named or (above[-1] if above else None)
+    return (names, ["", *units[1:]]) if names is not None else None
+
+
+def _are_places(row: list[str]) -> bool:
+    """Return whether most cells of a row are paths of a block diagram."""
+    filled = [c for c in row if c]
+    return 2 * sum("/" in c and not stated_unit(c) for c in filled) > len(filled)
+
+
+def _folded(word: str) -> str:
+    """Return a word in small letters without accents and a colon behind it."""
+    return "".join(c for c in unicodedata.normalize("NFKD", word.strip(" :").lower()) if not unicodedata.combining(c))
 
 
 def _states_units(row: list[str]) -> bool:
