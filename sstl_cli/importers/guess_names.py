@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from dataclasses import dataclass
+from itertools import pairwise
 
 from sstl_cli.core.units import is_unit, unit_of
 from sstl_cli.importers.guess_words import (
@@ -67,13 +68,10 @@ class Said:
     def unmeasured(self) -> str:
         """The word that says that the channel was not measured (empty if none does)."""
         # Model Root/Plant/T_in: a block diagram's name is no word of the channel's
-        own = (
-            self.words[2:]
-            if self.words[:2] == ("model", "root")
-            else self.words[1:]
-            if re.match(r"model/", self.name, re.I)
-            else self.words
+        root = next(
+            (i + 2 for i, pair in enumerate(pairwise(self.words)) if pair == ("model", "root")), int(self.name.lower().startswith("model/"))
         )
+        own = self.words[root:]
         # a name of its unit alone has no word; log10 is cut into a word and a number
         found = next((w for w, after in zip(own, (*own[1:], ""), strict=False) if w in NOT_MEASURED or w + after in NOT_MEASURED), "")
         # T_in_d and T_in*, as control writes what is desired
@@ -216,6 +214,10 @@ def _meaning(words: tuple[str, ...]) -> tuple[str, str, bool]:
     if words[:2] == ("x", "value") and all(w.isdigit() for w in words[2:]):
         # the time axis of LabVIEW's text files, of each channel where there are several
         return "time", "", False
+    if ("header", "stamp") in pairwise(words) or ("header", "seq") in pairwise(words):
+        # of a ROS message, wherever it was sent from
+        sides = [SIDE_OF[w] for w in words if w in SIDE_OF]
+        return ("time" if "stamp" in words else "index"), (sides[0] if len(set(sides)) == 1 else ""), False
     for i, word in enumerate(words):
         kind = QUANTITY_OF.get(word, "")
         side = SIDE_OF.get(word, "") or ("out" if words[i : i + 2] == ("load", "side") else "")

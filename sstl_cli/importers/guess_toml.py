@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.core.units import unit_of
+from sstl_cli.core.units import is_unit, unit_of
 from sstl_cli.importers.guess_clocks import own_time
 from sstl_cli.importers.guess_files import Named, side_words, taken
 from sstl_cli.importers.guess_labels import LabelColumn
@@ -18,6 +18,8 @@ from sstl_cli.importers.guess_look import Look, moves
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_roles import SIDES, Roles
 from sstl_cli.importers.guess_time import MARK, TimeGuess
+from sstl_cli.importers.guess_words import QUANTITY_OF, UNIT_CELLS
+from sstl_cli.importers.systems import SYSTEM_OF
 
 Array = NDArray[np.float64]
 HEAD = "# Proposed by sstl import --guess. Complete every line that ends in a question and delete its mark."
@@ -94,7 +96,7 @@ def written(p: Proposal) -> str:
     told = {c.target for c in p.labels}
     lines += ["", "[constants]"]
     if "system" not in (*p.named.labels, *told):
-        lines.append('system = "act"' + _mark("act: single pass, sstl: double pass"))
+        lines.append(f'system = "{_system(p.roles)}"' + _mark("act: single pass, sstl: double pass"))
     # without a pattern the question of the names stands where their labels are
     doubt = "" if pattern else p.named.question
     lines += [f"{k} = {json.dumps(v)}" + _mark(doubt) for k, v in p.named.constants if k not in told]
@@ -104,6 +106,12 @@ def written(p: Proposal) -> str:
         lines += ['key = "take"'] if p.pair is not None and p.pair.files > 2 else []
     lines += _clocks(p.pair) if p.pair is not None else []
     return "\n".join([*lines, ""])
+
+
+def _system(roles: Roles) -> str:
+    """Return the system that the names of both tensions tell (``sstlTin``), ``act`` where they do not: a proposal to be asked."""
+    told = [{SYSTEM_OF[w] for w in s.words if w in SYSTEM_OF} for s in (*roles.first, *roles.second)]
+    return next(iter(told[0])) if told and len(told[0]) == 1 and all(t == told[0] for t in told) else "act"
 
 
 def _tension(target: str, roles: Roles, data: dict[str, Array]) -> str:
@@ -138,16 +146,7 @@ def _unit(one: Said, target: str, values: list[Array]) -> tuple[str, str]:
             f'{one.strange} is no force: define it in [units], such as {json.dumps(one.strange, ensure_ascii=False)} = "0.5 N"',
         )
     if one.dimension == "force":
-        if whole and most > 1000 and one.unit in ("N", "mN", "kN", "gf", "g"):
-            return f'unit = "{one.unit}"', f"whole numbers up to {most:g}: counts (then a gain), or {one.unit}?"
-        if one.unit == "N" and most > MANY_N:
-            return 'unit = "N"', f"up to {most:.4g} N: is the unit right?"
-        if 0.0 < (newtons := most * unit_of(one.unit)[1]) < FEW_N:
-            return (
-                f'unit = "{one.unit}"',
-                f"up to {newtons:.2g} N, less than a tendon's: is the unit right, and is its mark not one between thousands?",
-            )
-        return f'unit = "{one.unit}"', ""
+        return f'unit = "{one.unit}"', _force_doubt(one, whole, most)
     if one.dimension in ("voltage", "count"):
         per = "V" if one.dimension == "voltage" else "count"
         return f'unit = "{one.unit}"', f"{one.unit} need gain = N per {per}, and offset = the reading at no load"
@@ -157,9 +156,31 @@ def _unit(one: Said, target: str, values: list[Array]) -> tuple[str, str]:
         return f'unit = "{one.unit}", as = "N"', f'a {one.dimension} in {one.unit}, no tension: as = "N" keeps its numbers'
     if one.name == target:
         return 'unit = "N"', ""
+    if ending := _ending(one.name):
+        return f'unit = "{ending}"', f"its name ends in {ending}: is that its unit (values up to {most:.4g})?"
     if whole and most > 50:
         return 'unit = "counts"', f"no unit is stated, whole numbers up to {most:g}: counts need gain = N per count"
     return 'unit = "N"', f"no unit is stated (values up to {most:.4g}): N, or V, counts, lbf, kgf?"
+
+
+def _force_doubt(one: Said, whole: bool, most: float) -> str:
+    """Return the question of readings up to ``most`` in a unit of force, whole numbers or not, an empty text where they leave none."""
+    if whole and most > 1000 and one.unit in ("N", "mN", "kN", "gf", "g"):
+        return f"whole numbers up to {most:g}: counts (then a gain), or {one.unit}?"
+    if one.unit == "g" and not any(QUANTITY_OF.get(w) == "force" or w in ("f", "t") for w in one.words):
+        return "no word of its name says force: grams of a load, or an acceleration?"
+    if one.unit == "N" and most > MANY_N:
+        return f"up to {most:.4g} N: is the unit right?"
+    if 0.0 < (newtons := most * unit_of(one.unit)[1]) < FEW_N:
+        return f"up to {newtons:.2g} N, less than a tendon's: is the unit right, and is its mark not one between thousands?"
+    return ""
+
+
+def _ending(name: str) -> str:
+    """Return the unit of force at the end of a name that is not sure to be one (``tip_g``, ``Fout_G``), an empty text where none stands there."""
+    last = re.split(r"[_ .]", name)[-1]
+    unit = next((u for u in (last, last.lower(), UNIT_CELLS.get(last.lower(), "")) if is_unit(u)), "")
+    return unit if last != name and unit and unit_of(unit)[0] == "force" else ""
 
 
 def _others(p: Proposal) -> list[str]:

@@ -14,14 +14,14 @@ QUANTITY: dict[str, str] = {
     "other": (
         "voltage volts temp temperature temperatur temperatura vel velocity speed geschwindigkeit vitesse velocidad "
         "velocita acc accel acceleration beschleunigung torque moment drehmoment couple coppia pwm duty valve flow "
-        "error err fehler erreur status state flag mode power battery humidity gain strain dehnung emg imu gyro "
+        "error err fehler erreur status state flag mode power battery humidity vibration vibrations vib schwingung gain strain dehnung emg imu gyro "
         "residual cpu latency delay quality rssi loss losses delta diff difference deviation friction "
         "verlust reibung differenz abweichung perte frottement ecart perdida friccion attrito"
     ),
     "pressure": "pressure druck pression presion pressione",
     "force": (
         "force forces frc tension tensions tens tensile load loads loadcell lc cell newton newtons kraft zugkraft zug "
-        "seilkraft fuerza fuerzas carga tensione forza forze carico tiro traction hx wrench ft fx fy fz"
+        "seilkraft fuerza fuerzas carga tensione forza forze carico tiro traction traccion trazione forca kracht trekkracht weight gewicht poids peso hx wrench ft fx fy fz"
     ),
     "position": (
         "position pos displacement displ disp stroke travel extension elongation weg hub pfad verschiebung course "
@@ -41,12 +41,12 @@ QUANTITY: dict[str, str] = {
 SIDE: dict[str, str] = {
     "in": (
         "in inp input prox proximal motor drive driver driving actuator actuation source upstream base handle winch "
-        "pull pulling antrieb actuador actionneur attuatore eingang eingangs ein entree entrada ingresso moteur motore amont proximale servo "
+        "pull pulling antrieb actuador actionneur attuatore eingang eingangs ein entree entrada ingresso moteur motore amont proximale prossimale servo ingang "
         "motorside driveside actuatorside proximalside inputside motorseite antriebsseite"
     ),
     "out": (
         "out outp output dist distal tip end effector downstream remote tool gripper return driven abtrieb ausgang "
-        "ausgangs aus endeffektor extremite spitze ende sortie salida uscita distale extremo aval punta jaw "
+        "ausgangs aus endeffektor extremite spitze ende sortie salida uscita distale saida uitgang extremo aval punta jaw "
         "tipside loadside toolside distalside outputside lastseite abtriebsseite"
     ),
 }
@@ -143,6 +143,12 @@ UNIT_WORDS = {
     "kp": "kgf",
     "pounds": "lbf",
     "grams": "gf",
+    "gram": "gf",
+    "gramm": "gf",
+    "gramme": "gf",
+    "grammes": "gf",
+    "gramos": "gf",
+    "grammi": "gf",
 }
 # in brackets or a row of units, where a word can only be a unit: in other letters than its own
 UNIT_CELLS = UNIT_WORDS | {
