@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from dataclasses import dataclass, replace
 from itertools import takewhile
 
@@ -11,13 +12,17 @@ from sstl_cli.importers.mapping import LABELS
 from sstl_cli.importers.pattern import search
 from sstl_cli.importers.systems import SYSTEM_OF, known_system
 
-_PARTS = re.compile(r"\d+(?:\.\d+)?|[A-Za-z]+|[^A-Za-z0-9]+")
+# of Latin letters with their accents, which some systems write as characters of their own
+_LETTERS = r"A-Za-z\u00c0-\u024f\u0300-\u036f"
+_PARTS = re.compile(rf"\d+(?:\.\d+)?|[{_LETTERS}]+|[^{_LETTERS}0-9]+")
+# sstlTin, actRun
+_WRITTEN_TOGETHER = re.compile(r"\d+(?:\.\d+)?|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[^A-Za-z0-9]+")
 _LOCATIONS = {"NP", "CP", "ND"}
 _MOTIONS = words("sine sin sinus tri triangle ramp step steps chirp random trap trapezoid sweep multisine hold cycle")
 _TRIAL = words("run trial rep take test nr no t v rec log set file part dataset messung versuch essai ensayo prova")
 _BEND = words(
     "deg bend angle config cfg conf curve radius r bending biegung bieg winkel grad kurve curvature courbure courbe cintrage flexion angulo "
-    "curva curvatura doblado piega piegatura angolo 弯曲 彎曲 曲げ 湾曲 굽힘"
+    "curva curvatura doblado piega piegatura angolo bogen arco krummung kruemmung biegewinkel courbures 弯曲 彎曲 曲げ 湾曲 굽힘"
 )
 # in front of a number that is the same in all names these count or measure something else
 _COUNTED = words(
@@ -35,6 +40,8 @@ _DENIES = _DENIES_BEHIND - {"free", "less"} | words(
     "no not non none without wo w o sans sin senza ohne kein keine keinen nicht anti un ex minus instead former pseudo fake quasi mock pre post "
     "before after vor nach avant apres"
 )
+# behind a number these are its unit
+_ANGLE_UNITS = words("deg grad gradi grados")
 # angles of something else than the sheath
 _TURNS = words("roll pitch yaw twist tilt tip rot rotation torsion phase knob")
 # between a number and its decimals, where no dot may stand in a name
@@ -72,7 +79,7 @@ def name_pattern(stems: list[str], takes: bool = False) -> Named:
     >>> name_pattern(["bend_030_run1", "bend_060_run1"]).pattern
     '^bend_(?P<config_id>\\d+)_'
     """
-    cut = [_PARTS.findall(s) for s in stems]
+    cut = _cut(stems)
     shapes = {tuple(_kind(p) for p in parts) for parts in cut}
     if len(shapes) != 1:
         return Named(reason="the file names are not alike: labels need a manifest (--manifest)")
@@ -93,13 +100,30 @@ def name_pattern(stems: list[str], takes: bool = False) -> Named:
     body = []
     for i, values in enumerate(columns[: max([*labels, *unknown]) + 2]):
         kind = r"\d+" if not any("." in v for v in values) else r"\d+(?:\.\d+)?"
-        shape = kind if values[0][0].isdigit() else "[A-Za-z]+" if values[0][0].isalpha() else ""
+        shape = kind if values[0][0].isdigit() else _shape(i, columns) if values[0][0].isalpha() else ""
         if i in labels:
             body.append(f"(?P<{names[i]}>{shape})")
         else:
             body.append(shape if len(set(values)) > 1 and shape else re.escape(values[0]))
     shown = ", ".join([f"{labels[i]} from '{columns[i][0]}'" for i in labels] + [f"{k} = {v}" for k, v in constants])
     return Named("^" + "".join(body), tuple(labels.values()), question, f"file names give {shown}", constants)
+
+
+def _cut(stems: list[str]) -> Columns:
+    """Return the parts of each name; words that are written together are cut where that alone shows a system (``sstlRun1``)."""
+    plain = [tuple(_PARTS.findall(s)) for s in stems]
+    finer = [tuple(_WRITTEN_TOGETHER.findall(s)) for s in stems]
+    shows = [any(p.lower() in SYSTEM_OF for parts in cut for p in parts) for cut in (plain, finer)]
+    return finer if shows == [False, True] and len({len(parts) for parts in finer}) == 1 else plain
+
+
+def _shape(i: int, columns: Columns) -> str:
+    """Return a pattern for the words at a place; beside another word it keeps to the letters that tell them apart."""
+    if not all(map(str.isascii, columns[i])):
+        return r"[^\x00-@\[-`{-\x7f]+"
+    together = any(_at(k, columns)[:1].isalpha() for k in (i - 1, i + 1))
+    shapes = ("[a-z]+", "[A-Z][a-z]+") if together else ()
+    return next((shape for shape in shapes if all(re.fullmatch(shape, v) for v in columns[i])), "[A-Za-z]+")
 
 
 def shared_labels(stems: list[str]) -> Named:
@@ -110,17 +134,19 @@ def shared_labels(stems: list[str]) -> Named:
     >>> shared_labels(["bend60_sstl_Tin", "bend60_sstl_Tout"]).constants
     (('config_id', '60'), ('system', 'sstl'))
     """
-    front = re.sub(r"[^-_ .]+$", "", _common(stems))
-    back = re.sub(r"^[^-_ .]+", "", _common([s[len(front) :][::-1] for s in stems])[::-1])
-    named = name_pattern([front + back]) if front + back else Named()
-    [found] = search(named.pattern, [front + back])
+    cut = [_WRITTEN_TOGETHER.findall(s) for s in stems]
+    front = _common(cut)
+    back = _common([parts[len(front) :][::-1] for parts in cut])[::-1]
+    shared = "".join([*front, *back])
+    named = name_pattern([shared]) if shared else Named()
+    [found] = search(named.pattern, [shared])
     labels = (found or {}) | {k: v.format(**(found or {})) for k, v in named.constants}
     return replace(named, pattern="", constants=tuple((k, v) for k, v in labels.items() if k in LABELS))
 
 
-def _common(texts: list[str]) -> str:
-    """Return what texts share at their beginning."""
-    return "".join(c[0] for c in takewhile(lambda c: len(set(c)) == 1, zip(*texts, strict=False)))
+def _common(parts: list[list[str]]) -> list[str]:
+    """Return what names share at their beginning."""
+    return [c[0] for c in takewhile(lambda c: len(set(c)) == 1, zip(*parts, strict=False))]
 
 
 def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int], list[str]]:
@@ -140,18 +166,33 @@ def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int],
         elif label is None and len(set(values)) > 1 and not takes:
             unknown.append(i)
     given = set(labels.values())
-    if unknown and "config_id" not in given and not {"location", "lead_mm"} <= given:
+    fixed = _maybe_bends(columns)
+    bare = "config_id" not in given and not {"location", "lead_mm"} <= given
+    if bare and fixed and len(unknown) == 1 and _repeats(unknown[0], columns):
+        labels[fixed[0]] = "config_id"
+        asked.append(f"does {_named_by(fixed, columns)} tell the bending configuration, and does the number that varies count runs?")
+    elif bare and unknown:
         labels[unknown[0]] = "config_id"
         asked.append("does this part of the name tell the bending configuration?")
     elif len(unknown) == 1 and columns[unknown[0]][0].isdigit():
         asked.append("the number that varies gets no label: if it only counts runs, deleting this mark is enough")
     elif unknown:
         asked.append("the name has parts that vary and got no label")
-    elif given & {"system", "location"} and not given & {"config_id", "lead_mm"} and (fixed := _maybe_bends(columns)):
+    elif given & {"system", "location"} and not given & {"config_id", "lead_mm"} and fixed:
         labels[fixed[0]] = "config_id"
-        shown = " or ".join(f"{columns[i][0]} behind '{_before(i, columns)}'" for i in fixed)
-        asked.append(f"does {shown} tell the bending configuration? If not, take config_id out")
+        asked.append(f"does {_named_by(fixed, columns)} tell the bending configuration? If not, take config_id out")
     return labels, unknown, asked
+
+
+def _named_by(places: list[int], columns: Columns) -> str:
+    return " or ".join(f"{columns[i][0]} behind '{_before(i, columns)}'" for i in places)
+
+
+def _repeats(i: int, columns: Columns) -> bool:
+    """Return whether a part counts from 0 or 1 on without a gap, and no letter touches it."""
+    values = {int(v) for v in columns[i] if v.isdigit()}
+    alone = not (_at(i - 1, columns)[-1:].isalpha() or _at(i + 1, columns)[:1].isalpha())
+    return alone and bool(values) and min(values) in (0, 1) and values == set(range(min(values), max(values) + 1))
 
 
 def _maybe_bends(columns: Columns) -> list[int]:
@@ -208,7 +249,7 @@ def _label(i: int, values: tuple[str, ...], columns: Columns) -> str | None:
         return "" if len(set(values)) == 1 else None
     if before in LEAD:
         return "lead_mm"
-    if before in _BEND:
+    if before in _BEND and not _unit_of_other(i, columns):
         return "config_id"
     if after == "mm":
         return "lead_mm"
@@ -220,14 +261,23 @@ def _label(i: int, values: tuple[str, ...], columns: Columns) -> str | None:
     return None if len(set(values)) > 1 else ""
 
 
+def _unit_of_other(i: int, columns: Columns) -> bool:
+    """Return whether the word in front of a number is the unit of another one (``30deg_2``)."""
+    word = i - 1 if _at(i - 1, columns)[:1].isalnum() else i - 2
+    return _at(word, columns) in _ANGLE_UNITS and _at(word - 1, columns)[:1].isdigit()
+
+
 def _systems(found: set[str]) -> bool:
     """Return whether words of file names tell the system: a long one may be what the test is about, unless the other system's stands there as well."""
     return found <= set(SYSTEM_OF) and (found <= set(SYSTEM_OF.values()) or len(set(map(known_system, found))) > 1)
 
 
 def _at(i: int, columns: Columns) -> str:
-    """Return a part of the first name in small letters, an empty text behind its end."""
-    return columns[i][0].lower() if 0 <= i < len(columns) else ""
+    """Return a part of the first name in small letters without accents, an empty text behind its end."""
+    part = columns[i][0].lower() if 0 <= i < len(columns) else ""
+    if not re.match(f"[{_LETTERS}]", part):
+        return part
+    return "".join(c for c in unicodedata.normalize("NFKD", part) if not unicodedata.combining(c))
 
 
 def _before(i: int, columns: Columns) -> str:
@@ -251,7 +301,8 @@ def _no_system(i: int, columns: Columns) -> bool:
     others = {part.lower() for k, values in enumerate(columns) if k != i for part in values}
     if others & set(SYSTEM_OF):
         return True
-    return {part.lower() for part in columns[i]} == {"act"} and bool(others & _ACTUAL - _TRIAL)
+    # ActForce, written together, is the actual force
+    return {part.lower() for part in columns[i]} == {"act"} and bool(others & _ACTUAL - _TRIAL or _at(i + 1, columns) in QUANTITY_OF)
 
 
 def _denial(i: int, columns: Columns) -> str:
