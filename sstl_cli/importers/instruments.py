@@ -7,9 +7,15 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from sstl_cli.core.units import unit_of
+
 # how operators write down a rate; Hz alone may be that of the motion, and FS the full scale
 _RATE = re.compile(
     r"(?:sampl\w*|abtast\w*|messrate|acquisition|echantillonnage|muestreo|logging|\bf_?s\b(?=\s*[=:]))\W*(?:at|rate|freq\w*|frequenz)?\W*(\d+(?:[.,]\d+)?)\s*(k?)(?:hz|s/s|sps)\b",
+    re.IGNORECASE,
+)
+_PERIOD = re.compile(
+    r"(?:\bd_?t|delta[ _]?t|(?:sampl\w*|abtast\w*)\W*(?:time|period\w*|interval\w*|zeit|intervall))\s*[=:]\s*(\d+(?:[.,]\d+)?(?:e-?\d+)?)\s*(ms|us|s)\b",
     re.IGNORECASE,
 )
 # an oscilloscope's lines: the unit of what is recorded over, and of each channel
@@ -122,10 +128,12 @@ def oscilloscope(header: list[str], cut: Cut) -> tuple[str, ...]:
 
 
 def rate_said(lines: list[str]) -> float:
-    """Return the sampling period (s) of a rate that a line above the data states ("sampling rate: 500 Hz", "fs = 500 Hz"), NaN where none or several do."""
-    said = {float(m[1].replace(",", ".")) * (1e3 if m[2].lower() == "k" else 1.0) for line in lines if (m := _RATE.search(line))}
-    rate = said.pop() if len(said) == 1 else math.nan
-    return 1.0 / rate if rate > 0.0 else math.nan
+    """Return the sampling period (s) that a line above the data states ("sampling rate: 500 Hz", "fs = 500 Hz", "dt = 2 ms"), NaN where none or several do."""
+    rates = {_number(m[1]) * (1e3 if m[2].lower() == "k" else 1.0) for line in lines if (m := _RATE.search(line))}
+    steps = {_number(m[1]) * unit_of(m[2].lower())[1] for line in lines if (m := _PERIOD.search(line))}
+    steps |= {1.0 / rate for rate in rates if rate > 0.0}
+    step = steps.pop() if len(steps) == 1 else math.nan
+    return step if step > 0.0 else math.nan
 
 
 def _is_number(cell: str) -> bool:

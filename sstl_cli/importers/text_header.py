@@ -149,6 +149,8 @@ def stated_unit(cell: str) -> str | None:
     unit = cell.strip().strip("[]()").strip()
     if (spoken := _SPOKEN.fullmatch(unit)) and _folded(spoken[1]) in UNIT_ROWS:
         unit = spoken[2].strip()
+    # "in N", as one says it in German and French
+    unit = re.sub(r"^(?:in|en)\s+(?=\S)", "", unit)
     if is_unit(unit):
         return unit
     known = UNIT_CELLS.get(unit.lower(), "")

@@ -86,6 +86,13 @@ def test_a_rate_that_stands_beside_the_readings_as_a_number_is_asked(name: str, 
         in_newtons_and_seconds(path, found)
 
 
+@pytest.mark.parametrize("line", ["# dt = 0.004 s", "# Abtastzeit: 4 ms", "# sampling interval = 4e-3 s"])
+def test_a_period_above_the_table_is_asked(line: str, tmp_path: Path) -> None:
+    path, found = log(tmp_path, f"{line}\nFin (N),Fout (N)\n" + rows(X, Y))
+    assert targets(found) == {"system", "time_s"}
+    in_newtons_and_seconds(path, found)
+
+
 @pytest.mark.parametrize("numbers", [{"frequency": 2.0}, {"fs": 250.0, "sample_rate": 1000.0}])
 def test_a_frequency_of_the_motion_and_rates_that_differ_are_no_rate(numbers: dict[str, float], tmp_path: Path) -> None:
     np.savez(tmp_path / "a.npz", Fin_N=X, Fout_N=Y, **numbers)  # type: ignore[arg-type]
@@ -105,6 +112,7 @@ def test_a_clock_that_runs_at_another_rate_than_the_file_states_is_asked(rate: f
         "Time,F_in,F_out\n,Platform()://Model Root/A/Out1,Platform()://Model Root/B/Out1\ns,lbf,lbf\n",
         "Time,F_in,F_out\nType: double,Type: double,Type: double\nUnits: s,Units: lbf,Units: lbf\nInterp: linear,Interp: linear,Interp: linear\n",
         "Time,F_in,F_out\n,Unit: lbf,Unit: lbf\n",
+        "Time,F_in,F_out\nin s,in lbf,in lbf\n",
     ],
 )
 def test_rows_below_the_names_are_told_apart(head: str, tmp_path: Path) -> None:
