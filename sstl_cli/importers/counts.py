@@ -16,6 +16,8 @@ class Counts:
     samples_out: int = 0
     runs: int = 0
     repeated: int = 0
+    # of those with a repeated time, the samples of which both tensions are others than those of the one beside them
+    differing: int = 0
     backward: int = 0
     gaps: int = 0
     filled: int = 0

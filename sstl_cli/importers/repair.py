@@ -171,6 +171,9 @@ class Splitter:
             at = float(time[int(np.argmax(same))])
             raise SstlError(f"time {at:g} s is repeated", where=self.where, fix='use repeated = "last" in [time]', code="E351")
         self.counts.repeated += n
+        # where each row brings the news of one channel, the other holds its reading
+        other = np.all([np.diff(chunk.signals[name], prepend=np.nan) != 0.0 for name in TENSIONS], axis=0)
+        self.counts.differing += int(np.count_nonzero(same & other))
         self.counts.notes.aside(f"repeated time (kept the {self.policy.time.repeated})", n)
         if self.policy.time.repeated == "first":
             return rows_of(chunk, ~same), changes[~same]

@@ -27,6 +27,8 @@ from sstl_cli.importers.window import windowed
 
 # samples of one file that may wait in memory until it is known to be sound
 HELD_SAMPLES = 2_000_000
+# part of the samples that repeat a time with other readings from which on it is the clock that is coarse
+COARSE = 0.1
 ROWS_OF_THEIR_OWN = (
     'the tensions have rows of their own, with empty cells between: write dropouts = "interpolate" in [repair] of the mapping'
 )
@@ -204,6 +206,11 @@ def _runs(
             counts.remarks.append(f"{group.where}: no run of at least {mapping.repair.min_samples} samples")
     if counts.notes.trimmed:
         counts.remarks.append(f"{counts.notes.trimmed} samples outside the window asked for were left out")
+    if counts.differing > COARSE * counts.samples_in:
+        why = "the stamps are coarser than the rows, or of packets as they arrived"
+        counts.remarks.append(
+            f"{counts.differing} samples of a repeated time held other readings: {why}; time_s = {{ rate_hz = ... }} keeps them"
+        )
     if not counts.runs:
         if result.bad:
             raise result.bad[0].error

@@ -127,6 +127,14 @@ def test_repeated_time_keeps_the_row_asked_for(tmp_path: Path) -> None:
         load(path, time={"repeated": "fail"})
 
 
+@pytest.mark.parametrize(("same", "other", "told"), [(1, 1, True), (0, 0, False), (1, 0, False)])
+def test_rows_that_share_a_stamp_and_differ_are_told(same: int, other: int, told: bool, tmp_path: Path) -> None:
+    """Of packets stamped as they arrive most readings would go without a word; copies, and rows that bring the news of one channel, are none."""
+    rows = [(0.04 * (k // 4), k if same else k // 4, k if other else k // 4) for k in range(80)]
+    result, (one,) = load(write(tmp_path / "x.csv", rows))
+    assert len(one) == 20 and any("rate_hz" in r for r in result.remarks) == told
+
+
 def test_gaps(tmp_path: Path) -> None:
     path = write(tmp_path / "x.csv", [*even(30), *even(30, 5.0)])
     result, runs = load(path)
