@@ -21,7 +21,7 @@ from sstl_cli.core.kept import fonts_beside as _fonts
 
 if TYPE_CHECKING:
     from sstl_cli.api.catalogue import effects
-    from sstl_cli.api.control import Biases, ControllerOptions, compensate
+    from sstl_cli.api.control import Biases, Controller, ControllerOptions, compensate, controller
     from sstl_cli.api.diagnosis import Diagnosis, diagnose
     from sstl_cli.api.exporting import Controllers, controllers
     from sstl_cli.api.installed import DoctorDocument, doctor, schema
@@ -35,15 +35,17 @@ if TYPE_CHECKING:
 __version__ = "0.2.0"
 
 __all__ = [
-    "AlarmDocument", "Biases", "ControllerOptions", "Controllers", "Diagnosis", "DoctorDocument", "Guess", "Log", "LoopDocument", "Mapping",
-    "PlanDocument", "Scenario", "SstlError", "StagesDocument", "WatchDocument", "compensate", "controllers", "diagnose", "doctor", "effects",
+    "AlarmDocument", "Biases", "Controller", "ControllerOptions", "Controllers", "Diagnosis", "DoctorDocument", "Guess", "Log", "LoopDocument", "Mapping",
+    "PlanDocument", "Scenario", "SstlError", "StagesDocument", "WatchDocument", "compensate", "controller", "controllers", "diagnose", "doctor", "effects",
     "guess", "import_", "plan", "read", "relate", "schema", "simulate", "stages", "train", "watch",
 ]  # fmt: skip
 
 _HOMES = {
     "Biases": "sstl_cli.api.control",
+    "Controller": "sstl_cli.api.control",
     "ControllerOptions": "sstl_cli.api.control",
     "compensate": "sstl_cli.api.control",
+    "controller": "sstl_cli.api.control",
     "Controllers": "sstl_cli.api.exporting",
     "controllers": "sstl_cli.api.exporting",
     "DoctorDocument": "sstl_cli.api.installed",

@@ -1,4 +1,4 @@
-"""Compensation from Python: the controller of every configuration along references, scored on its plant."""
+"""Compensation from Python: controllers along references, scored on their plants, and one on a running rig."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pyarrow as pa
 from sstl_cli.api.log import Log
 from sstl_cli.api.mapping import Mapping, table_of
 from sstl_cli.control import reference_file
-from sstl_cli.control.controller import METHODS
+from sstl_cli.control.controller import METHODS, Controller
 from sstl_cli.control.controller import Options as ControllerOptions
 from sstl_cli.control.plant import TensionLoop
 from sstl_cli.control.references import NAMES, Reference
@@ -21,12 +21,14 @@ from sstl_cli.control.scoring import MAPE_FLOOR_N
 from sstl_cli.core.errors import SstlError, nearest
 from sstl_cli.physics.scenario import Scenario, load
 from sstl_cli.steps import compensate as compensating
+from sstl_cli.steps import compensate_live as living
 from sstl_cli.steps import compensate_setup as setup
 from sstl_cli.steps import compensate_source as sourcing
+from sstl_cli.steps.compensate import Case
 from sstl_cli.steps.compensate_setup import Biases
 from sstl_cli.steps.compensate_source import Source
 
-__all__ = ["Biases", "ControllerOptions", "compensate"]
+__all__ = ["Biases", "Controller", "ControllerOptions", "compensate", "controller"]
 
 References = Sequence[str | PathLike[str]] | Named[str, pd.DataFrame]
 
@@ -94,14 +96,10 @@ def compensate(
     >>> sorted(scores["method"].unique())
     ['DI', 'none']
     """
-    for name in methods or ():
-        if name not in METHODS:
-            raise SstlError(f"no method '{name}' ({nearest(name, METHODS)})", code="E404")
+    require_methods(*methods or ())
     source = source_of(theta)
     used = source.options if options is None else options
-    known = biases_of(biases)
-    where = str(theta) if isinstance(theta, str | PathLike) else type(theta).__name__
-    cases, aside = setup.chosen(source.cases, source.aside, None if mapping is None else mapping.model, known, config_id, where)
+    cases, aside, where = chosen(source, mapping, biases, config_id, theta)
     truth = compensating.cases_of(table_of(plant))[0] if isinstance(plant, pd.DataFrame) else cases
     simulated = plant if isinstance(plant, Scenario) else source.model if plant is None else None
     loop = TensionLoop(loop_tau_s) if loop_tau_s is not None else None
@@ -118,6 +116,67 @@ def compensate(
         table = compensating.score_table([row for result in done for row in compensating.score_rows(result)])
     frame: pd.DataFrame = table.to_pandas()
     return frame
+
+
+def controller(
+    theta: pd.DataFrame | Scenario | str | PathLike[str],
+    mapping: Mapping | None = None,
+    *,
+    method: str | None = None,
+    options: ControllerOptions | None = None,
+    biases: Biases | pd.DataFrame | None = None,
+    config_id: str | None = None,
+) -> Controller:
+    """Return the controller that ``sstl compensate --stream`` answers a running rig with, at rest; call ``.step`` once a period.
+
+    A sample that is lost is NaN: the command is held, then ramped down, and ``.fault`` says why.
+
+    Parameters
+    ----------
+    theta, mapping, biases
+        As of ``compensate``.
+    method : str, optional
+        Whose lines (none, no-bias, proposed or DI); by default as a parameter file says, else proposed with a mapping and DI without.
+    options : ControllerOptions, optional
+        How it acts, its period ``dt_s`` first; by default as a parameter file says, else Algorithm 1.
+    config_id : str, optional
+        Which configuration; may be left out where there is only one.
+
+    Raises
+    ------
+    SstlError
+        For an unknown method or configuration, a method that is not possible, or no configuration named among several.
+
+    Examples
+    --------
+    >>> from sstl_cli.api.log import simulate
+    >>> rig = controller(simulate("sample", seed=1).segment(), config_id="CP-020")
+    >>> command_n, phase = rig.step(9.0, 8.5)
+    >>> round(command_n, 1), phase, rig.fault
+    (15.3, 'PP', '')
+    >>> rig.step(9.0, float("nan")) == (command_n, "SAFE"), rig.fault
+    (True, 'measured tension lost (not a number)')
+    """
+    require_methods(*[method] if method is not None else [])
+    source = source_of(theta)
+    cases, _, where = chosen(source, mapping, biases, config_id, theta)
+    return living.run(cases, config_id, method, source.options if options is None else options, where).controller
+
+
+def require_methods(*names: str) -> None:
+    """Raise SstlError (E404) for a method that there is not."""
+    for name in names:
+        if name not in METHODS:
+            raise SstlError(f"no method '{name}' ({nearest(name, METHODS)})", code="E404")
+
+
+def chosen(
+    source: Source, mapping: Mapping | None, biases: Biases | pd.DataFrame | None, config_id: str | None, theta: object
+) -> tuple[list[Case], dict[str, str], str]:
+    """Return the configurations that are driven, why others are set aside, and how errors name what they come from."""
+    where = str(theta) if isinstance(theta, str | PathLike) else type(theta).__name__
+    model = None if mapping is None else mapping.model
+    return *setup.chosen(source.cases, source.aside, model, biases_of(biases), config_id, where), where
 
 
 def source_of(theta: pd.DataFrame | Scenario | str | PathLike[str]) -> Source:

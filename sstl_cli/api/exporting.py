@@ -6,14 +6,11 @@ from os import PathLike
 
 import pandas as pd
 
-from sstl_cli.api.control import biases_of, source_of
+from sstl_cli.api.control import chosen, require_methods, source_of
 from sstl_cli.api.mapping import Mapping
-from sstl_cli.control.controller import METHODS
 from sstl_cli.control.controller import Options as ControllerOptions
 from sstl_cli.control.controllers import Controllers
-from sstl_cli.core.errors import SstlError, nearest
 from sstl_cli.physics.scenario import Scenario
-from sstl_cli.steps import compensate_setup as setup
 from sstl_cli.steps import export_controller as exporting
 from sstl_cli.steps.compensate_setup import Biases
 
@@ -59,10 +56,7 @@ def controllers(
     >>> found.method, sorted(found.lines)
     ('DI', ['CP-020', 'CP-080'])
     """
-    if method is not None and method not in METHODS:
-        raise SstlError(f"no method '{method}' ({nearest(method, METHODS)})", code="E404")
+    require_methods(*[method] if method is not None else [])
     source = source_of(theta)
-    where = str(theta) if isinstance(theta, str | PathLike) else type(theta).__name__
-    model = None if mapping is None else mapping.model
-    cases, aside = setup.chosen(source.cases, source.aside, model, biases_of(biases), config_id, where)
+    cases, aside, _ = chosen(source, mapping, biases, config_id, theta)
     return exporting.controllers(cases, aside, method, source.options if options is None else options)

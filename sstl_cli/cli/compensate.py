@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
@@ -12,9 +11,6 @@ from sstl_cli.cli import _controller as shared
 from sstl_cli.cli._compensate_asked import Asked, Job
 from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.render import Screen
-
-if TYPE_CHECKING:
-    from sstl_cli.steps.compensate import Case
 
 EPILOG = (
     "Example: sstl compensate --theta theta.parquet --model mapping.safetensors --reference sinusoid "
@@ -118,38 +114,23 @@ def _stream(job: Job) -> None:
     import sys
 
     from sstl_cli.cli.streams import tell
-    from sstl_cli.control.controller import IDENTITY, Controller
     from sstl_cli.control.streaming import LineServer, read_lines
     from sstl_cli.core.errors import UsageError, printable
+    from sstl_cli.steps import compensate_live
 
     asked, options = job.asked, job.options
     cases, _ = shared.load_cases(job.source, job.stored, asked.model, asked.biases, asked.config_id)
-    case = cases[parameters_index(cases, asked.config_id)]
     if job.insist and len(job.methods) != 1:
         raise UsageError("a stream runs one method", where="--methods", fix="give one", code="E413")
-    method = job.methods[0] if job.insist else case.usual_method()
-    lines = case.lines(method)
-    if lines is None and method != "none":
-        raise UsageError(f"method '{method}' is not possible for {case.config_id}", where=str(job.source), code="E405")
-    controller = Controller(lines or IDENTITY, options, method != "none")
-    # the first call loads compiled code: not while the rig waits for its answer
-    controller.step(0.0, 0.0)
-    controller.reset()
+    live = compensate_live.run(cases, asked.config_id, job.methods[0] if job.insist else None, options, str(job.source))
 
     def log(text: str) -> None:
         tell(printable(text))
 
-    log(f"{method} on {case.config_id}, {options.dt_s:g} s a line, command 0..{options.t_max_n:g} N")
-    server = LineServer(controller, log)
+    log(f"{live.method} on {live.config_id}, {options.dt_s:g} s a line, command 0..{options.t_max_n:g} N")
+    server = LineServer(live.controller, log)
     for line in read_lines(sys.stdin.fileno(), asked.timeout or None):
         answer = server.silence(asked.timeout) if line is None else server.answer(line)
         sys.stdout.write(answer + "\n")
         sys.stdout.flush()
     log(f"end of input: {server.lines} lines, {server.faulty_samples} without sound input")
-
-
-def parameters_index(cases: list[Case], config_id: str | None) -> int:
-    """Return the position of the configuration a stream drives."""
-    from sstl_cli.control.parameters import index_of
-
-    return index_of([c.config_id for c in cases], config_id)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -75,6 +77,27 @@ def test_the_controller_acts_as_the_options_say(folder: Path, theta: pd.DataFram
         sstl.compensate(theta, loop_tau_s=-1.0)
     with pytest.raises(SstlError, match="CP-20"):
         sstl.compensate(theta, config_id="CP-20")
+
+
+def test_a_controller_that_is_stepped_answers_as_the_stream_does(folder: Path, theta: pd.DataFrame) -> None:
+    t = 0.01 * np.arange(400)
+    wished = 8.0 + 6.0 * np.sin(2.0 * t)
+    measured = 1.3 * np.concatenate([wished[:3], wished[:-3]])
+    # a sample lost and one out of range among them
+    measured[120], measured[260] = np.nan, -50.0
+    words = ["compensate", "--stream", "--theta", folder / "theta.parquet", "--config-id", "CP-020", "--dt", 0.01, "--t-max", 40]
+    lines = "".join(f"{a!r},{b!r}\n" for a, b in zip(wished.tolist(), measured.tolist(), strict=True))
+    done = subprocess.run([sys.executable, "-m", "sstl_cli", *map(str, words)], input=lines, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    rig = sstl.controller(theta, config_id="CP-020", options=sstl.ControllerOptions(dt_s=0.01, t_max_n=40))
+    answers = [rig.step(a, b) for a, b in zip(wished.tolist(), measured.tolist(), strict=True)]
+    assert [f"{command!r},{phase}" for command, phase in answers] == done.stdout.split()
+    assert {phase for _, phase in answers} >= {"PP", "RP", "SAFE"} and rig.fault == ""
+    with pytest.raises(SstlError, match="CP-020"):
+        sstl.controller(theta)
+    with pytest.raises(SstlError, match="not possible for CP-020"):
+        sstl.controller(theta, method="proposed", config_id="CP-020")
+    assert sstl.controller(theta, method="none", config_id="CP-020").step(5.0, 0.0)[0] == 5.0
 
 
 def test_a_mapping_drives_with_the_biases_that_are_given(folder: Path, theta: pd.DataFrame) -> None:

@@ -33,13 +33,14 @@ from sstl_cli.steps.diagnose import DiagnoseOptions
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "data/samples/log.parquet"
 NAMES = [
-    "AlarmDocument", "Biases", "ControllerOptions", "Diagnosis", "DoctorDocument", "Guess", "Log", "LoopDocument", "Mapping", "PlanDocument",
-    "Scenario", "SstlError", "StagesDocument", "WatchDocument", "compensate", "diagnose", "doctor", "effects", "guess", "import_", "plan",
+    "AlarmDocument", "Biases", "Controller", "ControllerOptions", "Controllers", "Diagnosis", "DoctorDocument", "Guess", "Log", "LoopDocument", "Mapping", "PlanDocument",
+    "Scenario", "SstlError", "StagesDocument", "WatchDocument", "compensate", "controller", "controllers", "diagnose", "doctor", "effects", "guess", "import_", "plan",
     "read", "relate", "schema", "simulate", "stages", "train", "watch",
 ]  # fmt: skip
 MEMBERS = {
     "Log": ["check", "export", "from_frame", "frame", "inputs", "phases", "plot", "runs", "segment", "summary", "write"],
     "Mapping": ["evaluate", "export", "history", "load", "model", "predict", "predictions", "save", "variants"],
+    "Controller": ["fault", "replay", "reset", "rest_tension", "step"],
     "Controllers": ["lines", "method", "options", "set_aside", "write", "write_c"],
     "Diagnosis": [
         "candidates",
@@ -59,7 +60,7 @@ MEMBERS = {
 }
 # what a call without names relies on: arguments are added behind these, or by name
 POSITIONS = {
-    "compensate": "theta mapping", "controllers": "theta mapping", "diagnose": "log sim", "plan": "scenario effects", "relate": "theta",
+    "compensate": "theta mapping", "controller": "theta mapping", "controllers": "theta mapping", "diagnose": "log sim", "plan": "scenario effects", "relate": "theta",
     "schema": "name", "simulate": "scenario", "stages": "commands", "train": "theta",
     "Log.export": "path force", "Log.from_frame": "frame", "Log.plot": "kind run_id", "Log.write": "path force",
     "Mapping.evaluate": "theta everything", "Mapping.export": "path force", "Mapping.load": "path", "Mapping.predict": "gamma_sstl tendon variant",

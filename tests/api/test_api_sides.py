@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 # the functions of a command; an option that is not named below is the parameter of that name
 SIDES = {
     "check": ["Log.check"],
-    "compensate": ["compensate", "ControllerOptions", "Biases"],
+    "compensate": ["compensate", "controller", "ControllerOptions", "Biases"],
     "diagnose": ["diagnose", "plan", "stages"],
     "doctor": ["doctor"],
     "effects list": ["effects"],
@@ -46,6 +46,7 @@ NAMED = {
     "compensate --loop-tau": "compensate.loop_tau_s",
     "compensate --mape-floor": "compensate.mape_floor_n",
     "compensate --out": "compensate.commands",
+    "compensate --stream": "controller",
     "compensate --t-max": "ControllerOptions.t_max_n",
     "compensate --max-rate": "ControllerOptions.max_rate_n_s",
     "compensate --max-jump": "ControllerOptions.max_jump_n",
@@ -87,8 +88,7 @@ A_GATE = "a gate ends the program with another exit code: compare the number"
 ALONE = {
     "compensate --max-rmse": A_GATE,
     "compensate --scores": "what is returned",
-    "compensate --stream": "answers a running rig on standard input; in a program of your own take the C code of sstl export",
-    "compensate --timeout": "of a stream alone",
+    "compensate --timeout": "a program of your own knows when a sample is late: Controller.step(nan, nan) holds, then ramps down",
     "diagnose --max-rmse": A_GATE,
     "diagnose --max-gap-pct": A_GATE,
     "diagnose --expect": A_GATE,
@@ -106,7 +106,7 @@ ARGUMENTS = {
     "Log.export.path", "Mapping.export.path",
     "schema.name", "watch.logs",
     # as an object: files and options of their own hold the same
-    "compensate.options", "controllers.options", "Biases.known", "ControllerOptions.observer", "ControllerOptions.widths", "ControllerOptions.band_n",
+    "compensate.options", "controller.options", "controllers.options", "controller.method", "Biases.known", "ControllerOptions.observer", "ControllerOptions.widths", "ControllerOptions.band_n",
     "ControllerOptions.deadband_n", "ControllerOptions.tolerance_n", "ControllerOptions.hold_s", "ControllerOptions.ramp_n_s",
 }  # fmt: skip
 
