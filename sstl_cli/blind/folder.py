@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import as_completed
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from sstl_cli.core.processes import processes
+from sstl_cli.blind import seal
+from sstl_cli.blind.cases import Case
+from sstl_cli.blind.result import SCHEMA, Result
+from sstl_cli.blind.seal import Planned, Truth
+from sstl_cli.blind.truth import CaseTruth
+from sstl_cli.core import files
+from sstl_cli.core.config import parse
+from sstl_cli.core.documents.blind import BlindMakeDocument, CaseDistance
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.files import read_json
+from sstl_cli.core.provenance import Provenance, sha256
+from sstl_cli.core.runs import Run, read_runs, write_runs
 
-if TYPE_CHECKING:
-    from sstl_cli.blind.cases import Case
-    from sstl_cli.blind.result import Result
-    from sstl_cli.blind.seal import Planned, Truth
-    from sstl_cli.blind.truth import CaseTruth
-    from sstl_cli.core.documents.blind import BlindLimitDocument, BlindMakeDocument, CaseDistance
-    from sstl_cli.core.runs import Run
-
-
+LIMIT, DISTANCE = "sstl.blind.limit/1", "sstl.blind.limit.case/1"
 PARTS = ("cases", "fresh", "results", "distances")
 # what the file of one distance has beside it
 BESIDE = ("schema", "log_sha256")
@@ -68,15 +69,8 @@ class Folder:
 
 def write_set(folder: Folder, cases: Iterator[tuple[str, Case]], count: int, seed: int, quick: bool, force: bool) -> BlindMakeDocument:
     """Write a set: hashes first, then the recordings and the plan; the truth goes into its one file last."""
-    from sstl_cli.blind import seal
-    from sstl_cli.core.documents.blind import BlindMakeDocument
-    from sstl_cli.core.errors import SstlError
-    from sstl_cli.core.files import require_followed, write_json
-    from sstl_cli.core.provenance import Provenance, sha256
-    from sstl_cli.core.runs import write_runs
-
     root = folder.root
-    require_followed(root)
+    files.require_followed(root)
     old: list[Path] = []
     if root.exists() and (not root.is_dir() or any(root.iterdir())):
         if not root.is_dir():
@@ -105,11 +99,11 @@ def write_set(folder: Folder, cases: Iterator[tuple[str, Case]], count: int, see
             rows.append({"case": name, "sha256": sha256(path), "exclude": list(case.exclude), "sim": sim})
         published, closed = seal.seal(truths, "blind", [seed, seed + count - 1], quick)
         _remove(folder, old)
-        write_json(folder.hashes, published)
+        files.write_json(folder.hashes, published)
         for part in ("cases", "fresh"):
             (hidden / part).rename(root / part)
-        write_json(folder.plan, {"schema": seal.PLAN, "purpose": "blind", "cases": rows})
-        write_json(folder.truth, closed)
+        files.write_json(folder.plan, {"schema": seal.PLAN, "purpose": "blind", "cases": rows})
+        files.write_json(folder.truth, closed)
     finally:
         shutil.rmtree(hidden, ignore_errors=True)
     return BlindMakeDocument(
@@ -125,10 +119,6 @@ def _old_set(folder: Folder) -> list[Path]:
     SstlError
         E956 where the folder holds no set, or a file that is none of the set's where the set keeps its own.
     """
-    from sstl_cli.blind import seal
-    from sstl_cli.core.errors import SstlError
-    from sstl_cli.core.files import read_json
-
     try:
         sealed = read_json(folder.hashes, seal.HASHES)["cases"]
     except (SstlError, KeyError):
@@ -157,10 +147,6 @@ def _remove(folder: Folder, files: list[Path]) -> None:
 
 def read_plan(folder: Folder) -> dict[str, Planned]:
     """Return what is asked of each case, by name."""
-    from sstl_cli.blind import seal
-    from sstl_cli.core.errors import SstlError
-    from sstl_cli.core.files import read_json
-
     rows = read_json(folder.plan, seal.PLAN)["cases"]
     if strange := next((row["case"] for row in rows if not _plain(row["case"])), None):
         raise SstlError(f"{strange!r} is no name of a case", where=str(folder.plan), fix="make the set again", code="E952")
@@ -174,26 +160,17 @@ def _plain(case: object) -> bool:
 
 def open_truth(folder: Folder) -> Truth:
     """Return the truth once it is shown to be the one that was sealed."""
-    from sstl_cli.blind import seal
-    from sstl_cli.core.files import read_json
-
     published, closed = read_json(folder.hashes, seal.HASHES), read_json(folder.truth, seal.TRUTH)
     return seal.verify(published, closed, str(folder.truth))
 
 
 def published_seal(folder: Folder) -> str:
     """Return the published seal of the whole set."""
-    from sstl_cli.blind import seal
-    from sstl_cli.core.files import read_json
-
     return str(read_json(folder.hashes, seal.HASHES)["set"])
 
 
 def check_log(folder: Folder, case: str, asked: Planned) -> None:
     """Raise SstlError unless the recording of a case is the one that was planned."""
-    from sstl_cli.core.errors import SstlError
-    from sstl_cli.core.provenance import sha256
-
     path = folder.log(case)
     if not path.is_file():
         raise SstlError("recording is missing", where=str(path), fix="make the set again", code="E952")
@@ -203,12 +180,6 @@ def check_log(folder: Folder, case: str, asked: Planned) -> None:
 
 def finished(folder: Folder, case: str, asked: Planned) -> Result | None:
     """Return the result of a case if it is there and answers this recording and these options."""
-    from sstl_cli.blind.result import Result
-    from sstl_cli.core.config import parse
-    from sstl_cli.core.errors import SstlError
-    from sstl_cli.core.files import read_json
-    from sstl_cli.steps.blind_run import SCHEMA
-
     if not folder.result(case).exists():
         return None
     try:
@@ -221,55 +192,8 @@ def finished(folder: Folder, case: str, asked: Planned) -> Result | None:
 
 def fresh_runs(folder: Folder, case: str) -> list[Run]:
     """Return the recordings of a case that nobody diagnosed (none for poor excitation)."""
-    from sstl_cli.core.runs import read_runs
-
     path = folder.fresh(case)
     return list(read_runs(path)) if path.is_file() else []
-
-
-def diagnose_all(
-    folder: Folder, plan: Mapping[str, Planned], workers: int, redo: bool, advance: Callable[[float], None]
-) -> tuple[int, int]:
-    """Diagnose what has no result yet, one file a case; return how many were done and how many were there."""
-    waiting = [c for c, asked in plan.items() if redo or finished(folder, c, asked) is None]
-    there = len(plan) - len(waiting)
-    advance(there)
-    (folder.root / "results").mkdir(exist_ok=True)
-    _work(_diagnose_one, [(str(folder.root), c, plan[c]) for c in waiting], workers, advance)
-    return len(waiting), there
-
-
-def _work(one: Callable[[Any], None], jobs: list[Any], workers: int, advance: Callable[[float], None]) -> None:
-    """Do jobs in processes of their own, in any order."""
-    if workers <= 1 or len(jobs) <= 1:
-        for job in jobs:
-            one(job)
-            advance(1)
-        return
-    with processes(workers) as pool:
-        for future in as_completed([pool.submit(one, job) for job in jobs]):
-            future.result()
-            advance(1)
-
-
-def _diagnose_one(job: tuple[str, str, Planned]) -> None:
-    """Diagnose one case; this process opens the recording of the case and nothing else of the set."""
-    from threadpoolctl import threadpool_limits
-
-    from sstl_cli.core.config import parse
-    from sstl_cli.core.files import write_json
-    from sstl_cli.core.runs import read_runs
-    from sstl_cli.physics.scenario import Scenario
-    from sstl_cli.steps import blind_run
-
-    root, case, asked = job
-    folder = Folder(Path(root))
-    check_log(folder, case, asked)
-    sim = parse(Scenario, asked.sim, f"plan, {case}")
-    with threadpool_limits(1):
-        result = blind_run.run(case, list(read_runs(folder.log(case))), sim, asked.exclude)
-    result = {**result, "log_sha256": asked.sha256, "exclude": list(asked.exclude)}
-    write_json(folder.result(case), result, force=True)
 
 
 def read_limit(folder: Folder) -> dict[str, CaseDistance] | None:
@@ -280,63 +204,30 @@ def read_limit(folder: Folder) -> dict[str, CaseDistance] | None:
     SstlError
         If they belong to another set.
     """
-    from sstl_cli.core.documents.blind import CaseDistance
-    from sstl_cli.core.errors import SstlError
-    from sstl_cli.core.files import read_json
-    from sstl_cli.steps.blind_limit import SCHEMA
-
     if not folder.limit.exists():
         return None
-    found = read_json(folder.limit, SCHEMA)
+    found = read_json(folder.limit, LIMIT)
     if found.get("seal") != published_seal(folder):
         raise SstlError("was measured on another set", where=str(folder.limit), fix="run 'sstl blind limit' again", code="E952")
     return {row["case"]: CaseDistance(**row) for row in found["distances"]}
 
 
-def measure_all(
-    folder: Folder, plan: Mapping[str, Planned], truth: Truth, workers: int, redo: bool, advance: Callable[[float], None]
-) -> BlindLimitDocument:
-    """Measure the distances that are not there yet, one file a case; write and return all of them as one document."""
-    from sstl_cli.core.documents.blind import CaseDistance
-    from sstl_cli.core.files import read_json, write_json
-    from sstl_cli.steps import blind_limit
-
-    (folder.root / "distances").mkdir(exist_ok=True)
-    waiting = [c for c, asked in plan.items() if redo or not _measured(folder, c, asked)]
-    advance(len(plan) - len(waiting))
-    jobs = [(str(folder.root), c, plan[c], truth.truths[c]) for c in waiting]
-    _work(_measure_one, jobs, workers, advance)
-    found = (read_json(folder.distance(c), blind_limit.CASE) for c in plan)
-    rows = [CaseDistance(**{k: v for k, v in row.items() if k not in BESIDE}) for row in found]
-    document = blind_limit.document(rows, published_seal(folder))
-    write_json(folder.limit, document.plain(), force=True)
-    return document
-
-
-def _measured(folder: Folder, case: str, asked: Planned) -> bool:
-    from sstl_cli.core.errors import SstlError
-    from sstl_cli.core.files import read_json
-    from sstl_cli.steps.blind_limit import CASE
-
+def measured(folder: Folder, case: str, asked: Planned) -> CaseDistance | None:
+    """Return the distances of a case if they are there and belong to this recording."""
     try:
-        return folder.distance(case).exists() and read_json(folder.distance(case), CASE)["log_sha256"] == asked.sha256
+        told = read_json(folder.distance(case), DISTANCE) if folder.distance(case).exists() else None
     except SstlError:
-        return False
+        return None
+    if told is None or told["log_sha256"] != asked.sha256:
+        return None
+    return CaseDistance(**{k: v for k, v in told.items() if k not in BESIDE})
 
 
-def _measure_one(job: tuple[str, str, Planned, CaseTruth]) -> None:
-    """Measure the distances of one case."""
-    from threadpoolctl import threadpool_limits
+def keep_distance(folder: Folder, found: CaseDistance, asked: Planned) -> None:
+    """Write the distances of a case, with the recording that they belong to."""
+    files.write_json(folder.distance(found.case), {"schema": DISTANCE, **found.plain(), "log_sha256": asked.sha256}, force=True)
 
-    from sstl_cli.core.config import parse
-    from sstl_cli.core.files import write_json
-    from sstl_cli.physics.scenario import Scenario
-    from sstl_cli.steps import blind_limit
 
-    root, case, asked, truth = job
-    folder = Folder(Path(root))
-    check_log(folder, case, asked)
-    sim = parse(Scenario, asked.sim, f"plan, {case}")
-    with threadpool_limits(1):
-        found = blind_limit.run(case, truth, sim, asked.exclude)
-    write_json(folder.distance(case), {"schema": blind_limit.CASE, **found.plain(), "log_sha256": asked.sha256}, force=True)
+def keep_result(folder: Folder, case: str, result: Mapping[str, object], asked: Planned) -> None:
+    """Write the result of a case, with the recording and the options that it answers."""
+    files.write_json(folder.result(case), {**result, "log_sha256": asked.sha256, "exclude": list(asked.exclude)}, force=True)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict, Field
 
+SCHEMA = "sstl.blind.result/1"
+
 
 class _Read(BaseModel):
     """A part of a result; what a score does not ask for is left in the file."""

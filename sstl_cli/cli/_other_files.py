@@ -157,12 +157,12 @@ def _schema_of(document: Any) -> Any:
 
 def _kept() -> frozenset[str]:
     """Return the schemas of the documents that the program keeps for itself and publishes no form of."""
-    from sstl_cli.blind import learning, seal
+    from sstl_cli.blind import folder, learning, result, seal
     from sstl_cli.core.documents.base import DIALECT
-    from sstl_cli.steps import batch, blind_library, blind_limit, blind_run
+    from sstl_cli.steps import batch, blind_library
 
     sealed = (seal.HASHES, seal.TRUTH, seal.PLAN)
-    return frozenset((*sealed, blind_run.SCHEMA, blind_library.PLAN, blind_limit.CASE, learning.SCHEMA, batch.RECORD, DIALECT))
+    return frozenset((*sealed, result.SCHEMA, blind_library.PLAN, folder.DISTANCE, learning.SCHEMA, batch.RECORD, DIALECT))
 
 
 def _of_controller(document: Mapping[str, object]) -> Iterator[Finding]:

@@ -8,6 +8,7 @@ from typing import Annotated, Literal, NoReturn
 
 import typer
 
+from sstl_cli.blind import FULL_CASES, QUICK_CASES
 from sstl_cli.cli import _blind_show
 from sstl_cli.cli._gathered import gathered
 from sstl_cli.cli.options import Config, Force, Json, Out, Seed, effect_ids
@@ -20,8 +21,6 @@ Recordings = Annotated[
     Literal["plain", "lab", "mixed"],
     typer.Option(help="plain: complete, at a steady rate; lab: as labs make them (rates, gaps, held sensors); mixed: in turn."),
 ]
-QUICK_CASES, FULL_CASES = 12, 150
-LARGEST_SEED = 2**62
 
 blind = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="Check the diagnosis on effects it cannot see.")
 
@@ -54,22 +53,13 @@ class Making:
 @gathered
 def make(asked: Making) -> None:
     """Draw cases from simulators that stand in for hardware: recordings under neutral names, truth sealed apart."""
-    import secrets
-    from contextlib import closing
+    from sstl_cli.blind.folder import Folder
+    from sstl_cli.steps import blind_set as step
 
-    from sstl_cli.cli import _blind_files as files
-    from sstl_cli.steps import blind_make
-
-    screen, out, quick = Screen(asked.as_json), asked.out, asked.quick
-    cases = asked.cases or (QUICK_CASES if quick else FULL_CASES)
-    count = cases + asked.nulls
-    folder = files.Folder(out)
-    drawn_from = secrets.randbelow(LARGEST_SEED) if asked.seed is None else asked.seed
-    with (
-        screen.progress("drawing cases", count) as advance,
-        closing(blind_make.run(cases, drawn_from, quick, asked.workers, advance, asked.simulator, asked.recordings, asked.nulls)) as drawn,
-    ):
-        made = files.write_set(folder, drawn, count, drawn_from, quick, asked.force)
+    screen, out = Screen(asked.as_json), asked.out
+    wanted = step.Making(asked.cases, asked.nulls, asked.quick, asked.simulator, asked.recordings, asked.seed)
+    with screen.progress("drawing cases", wanted.count) as advance:
+        made = step.make(Folder(out), wanted, asked.workers, asked.force, advance)
     screen.say(f"{made.cases} cases, {made.samples} samples -> {out}; sealed as {made.seal[:16]}")
     screen.finish(made)
 
@@ -83,16 +73,16 @@ def run(
     config: Config = None,
 ) -> None:
     """Diagnose every case from its recordings alone; an interrupted run goes on where it stopped."""
-    from sstl_cli.cli import _blind_files as files
-    from sstl_cli.core.documents.blind import BlindRunDocument
+    from sstl_cli.blind.folder import Folder, read_plan
+    from sstl_cli.steps import blind_set as step
 
     screen = Screen(as_json)
-    folder = files.Folder(out)
-    plan = files.read_plan(folder)
+    folder = Folder(out)
+    plan = read_plan(folder)
     with screen.progress("diagnosing cases", len(plan)) as advance:
-        done, there = files.diagnose_all(folder, plan, workers, force, advance)
-    screen.say(f"{done} cases diagnosed, {there} had a result -> {out / 'results'}")
-    screen.finish(BlindRunDocument(schema="sstl.blind.run/1", out=str(out), diagnosed=done, kept=there))
+        done = step.diagnose(folder, plan, workers, force, advance)
+    screen.say(f"{done.diagnosed} cases diagnosed, {done.kept} had a result -> {out / 'results'}")
+    screen.finish(done)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,32 +102,17 @@ class Scoring:
 @gathered
 def score(asked: Scoring) -> None:
     """Check the seals, open the truth, and say how well the diagnosis did, by strength."""
-    from sstl_cli.blind import seal
-    from sstl_cli.blind.score import Set
-    from sstl_cli.cli import _blind_files as files
-    from sstl_cli.core.errors import SstlError
+    from sstl_cli.blind.folder import Folder
     from sstl_cli.core.files import keep_safe, require_outputs, write_json
-    from sstl_cli.diagnosis.weights import learned
-    from sstl_cli.steps import blind_score as step
+    from sstl_cli.steps import blind_set as step
 
-    screen, out = Screen(asked.as_json), asked.out
-    folder = files.Folder(out)
+    screen = Screen(asked.as_json)
+    folder = Folder(asked.out)
     keep_safe(folder.files(), "a file of the set")
     require_outputs(asked.force, asked.out_file)
-    plan = files.read_plan(folder)
-    results = {c: r for c, told in plan.items() if (r := files.finished(folder, c, told)) is not None}
-    if not results:
-        raise SstlError("no case has a result", where=str(out), fix="run 'sstl blind run' first", code="E959")
-    truth = files.open_truth(folder)
-    seal.require_purpose(truth, "blind", str(out))
-    learned_from = learned().seeds
-    for seeds in learned_from:
-        seal.require_apart(truth.seeds, seeds, str(out))
-    distances = files.read_limit(folder)
-    with screen.progress("scoring", len(results)) as advance:
-        fresh = (lambda case: files.fresh_runs(folder, case)) if asked.realised else None
-        of_set = Set(seal=files.published_seal(folder), learned_from=learned_from)
-        document = step.run(truth, plan, results, fresh, of_set, advance, distances)
+    found = step.opened(folder)
+    with screen.progress("scoring", len(found.results)) as advance:
+        document = step.score(folder, found, asked.realised, advance)
     missed = _blind_show.missed(document.scores, asked.gates)
     document = document.model_copy(update={"gates_missed": missed})
     if asked.out_file is not None:
@@ -156,20 +131,14 @@ def limit(
     config: Config = None,
 ) -> None:
     """Say of each diagnosed case how far its truth is from the base and from its nearest rival; needs every result."""
-    from sstl_cli.cli import _blind_files as files
-    from sstl_cli.core.errors import SstlError
+    from sstl_cli.blind.folder import Folder, read_plan
+    from sstl_cli.steps import blind_set as step
 
     screen = Screen(as_json)
-    folder = files.Folder(out)
-    plan = files.read_plan(folder)
-    waiting = [c for c, asked in plan.items() if files.finished(folder, c, asked) is None]
-    if waiting:
-        raise SstlError(
-            f"{len(waiting)} cases have no result: the truth stays closed", where=str(out), fix="run 'sstl blind run' first", code="E959"
-        )
-    truth = files.open_truth(folder)
+    folder = Folder(out)
+    plan = read_plan(folder)
     with screen.progress("computing distances", len(plan)) as advance:
-        document = files.measure_all(folder, plan, truth, workers, force, advance)
+        document = step.limit(folder, plan, workers, force, advance)
     screen.say(
         f"{document.decidable} of {document.judged} cases with something withheld can be told from base and rivals "
         f"(D^2 >= {document.decidable_d2:g}) -> {folder.limit}"

@@ -16,7 +16,6 @@ from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.physics.effects import catalogue, get
 from sstl_cli.physics.scenario import Scenario
 
-SCHEMA, CASE = "sstl.blind.limit/1", "sstl.blind.limit.case/1"
 LISTED = 6
 
 

@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from sstl_cli.blind import kept
+from sstl_cli.blind.result import SCHEMA
 from sstl_cli.core.documents.diagnosis import DiagnosisDocument
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.features import Rows
 from sstl_cli.physics.scenario import Scenario
 
-SCHEMA = "sstl.blind.result/1"
 # recordings, the simulator as stated, effects that are no candidates -> diagnosis document and accepted simulator
 Diagnoser = Callable[[Sequence[Run], Scenario, tuple[str, ...]], "Answer"]
 # parts of a diagnosis that are for drawing only

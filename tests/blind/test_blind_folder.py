@@ -8,9 +8,10 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from sstl_cli.blind import folder as files
 from sstl_cli.blind import seal
+from sstl_cli.blind.result import SCHEMA
 from sstl_cli.blind.truth import CaseTruth
-from sstl_cli.cli import _blind_files as files
 from sstl_cli.cli import blind
 from sstl_cli.core.documents.blind import CaseDistance
 from sstl_cli.core.errors import SstlError
@@ -22,8 +23,7 @@ from sstl_cli.reporting.figures import baselines, confusion, reliability, streng
 from sstl_cli.reporting.inputs import Inputs
 from sstl_cli.reporting.scored import Scored
 from sstl_cli.reporting.sections import blind as section
-from sstl_cli.steps import blind_limit, blind_make, blind_run, diagnose
-from sstl_cli.steps.blind_run import SCHEMA
+from sstl_cli.steps import blind_limit, blind_make, blind_run, blind_set, diagnose
 
 CASES = 7
 
@@ -200,12 +200,12 @@ def test_diagnosing_needs_one_recording_and_no_name(made, tmp_path, monkeypatch)
     with_all = tmp_path / "all"
     shutil.copytree(made, with_all)
     (with_all / "results").mkdir()
-    files._diagnose_one((str(with_all), name, plan[name]))
+    blind_set._diagnose_one((str(with_all), name, plan[name]))
     bare = tmp_path / "bare"
     (bare / "cases").mkdir(parents=True)
     (bare / "results").mkdir()
     shutil.copy(made / "cases" / f"{name}.parquet", bare / "cases" / "other-77.parquet")
-    files._diagnose_one((str(bare), "other-77", replace(plan[name], case="other-77")))
+    blind_set._diagnose_one((str(bare), "other-77", replace(plan[name], case="other-77")))
     a, b = (json.loads(p.read_text()) for p in (with_all / "results" / f"{name}.json", bare / "results/other-77.json"))
     for r in (a, b):
         assert r.pop("seconds") > 0
@@ -217,7 +217,7 @@ def test_running_never_opens_truth_or_fresh(own, monkeypatch):
     (own / "truth.json").unlink()
     shutil.rmtree(own / "fresh")
     asked = []
-    monkeypatch.setattr(files, "_diagnose_one", lambda job: asked.append(job[1]))
+    monkeypatch.setattr(blind_set, "_diagnose_one", lambda job: asked.append(job[1]))
     assert call("run", own, "--workers", 1).exit_code == 0
     assert asked == [f"case-{i + 1:04d}" for i in range(CASES)]
 
@@ -229,7 +229,7 @@ def test_an_interrupted_run_goes_on(own, monkeypatch):
     (own / "results" / "case-0005.json").write_text(json.dumps({**stale, "log_sha256": "0"}))
     (own / "results" / "case-0006.json").unlink()
     asked = []
-    monkeypatch.setattr(files, "_diagnose_one", lambda job: asked.append(job[1]))
+    monkeypatch.setattr(blind_set, "_diagnose_one", lambda job: asked.append(job[1]))
     call("run", own, "--workers", 1)
     assert asked == ["case-0003", "case-0005", "case-0006"]
 
@@ -239,7 +239,7 @@ def test_a_changed_recording_is_refused(own):
     (own / "results").mkdir()
     shutil.copy(own / "cases" / "case-0002.parquet", own / "cases" / "case-0001.parquet")
     with pytest.raises(SstlError, match="E952"):
-        files._diagnose_one((str(own), "case-0001", plan["case-0001"]))
+        blind_set._diagnose_one((str(own), "case-0001", plan["case-0001"]))
 
 
 def test_a_failing_diagnosis_is_a_result():

@@ -6,19 +6,18 @@ from dataclasses import replace
 import pytest
 from made_truths import made_truth
 
+from sstl_cli.blind import folder as files
 from sstl_cli.blind import kept
 from sstl_cli.blind.judge import by_others, judge
-from sstl_cli.blind.result import Result
+from sstl_cli.blind.result import SCHEMA, Result
 from sstl_cli.blind.score import Set
 from sstl_cli.blind.seal import Planned
 from sstl_cli.blind.truth import CaseTruth
-from sstl_cli.cli import _blind_files as files
 from sstl_cli.diagnosis.features import CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 from sstl_cli.diagnosis.verdict import verdict
 from sstl_cli.diagnosis.weights import learned
 from sstl_cli.steps import blind_score
-from sstl_cli.steps.blind_run import SCHEMA
 
 
 def rows(gain: float = 400.0, barred=None) -> Rows:
