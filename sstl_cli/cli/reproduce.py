@@ -14,10 +14,10 @@ from sstl_cli.cli.options import Config, Force, Json, Seed
 from sstl_cli.cli.render import Screen
 
 if TYPE_CHECKING:
-    from sstl_cli.cli._reproduce_files import Shown
     from sstl_cli.core.errors import GateError
     from sstl_cli.core.provenance import Provenance
     from sstl_cli.paper.reproduce import Options, Reproduction
+    from sstl_cli.paper.written import Shown
 
 SHOWN_OUTSIDE = 10
 EPILOG = "Example: sstl reproduce --table I,II --out results --force"
@@ -63,17 +63,17 @@ class Asked:
 @gathered
 def reproduce(asked: Asked) -> None:
     """Rebuild the paper's tables and figures from simulated recordings, beside the published values."""
-    from sstl_cli.cli import _reproduce_files as files
     from sstl_cli.cli.origin import provenance
     from sstl_cli.core.errors import UsageError
     from sstl_cli.paper import pace
+    from sstl_cli.paper import written as files
     from sstl_cli.paper.chosen import chosen
 
     screen = Screen(asked.as_json)
     tables = chosen(asked.table)
     made = provenance(asked.seed, [])
     if asked.spread:
-        files.measure(asked.table, asked.out, asked.seed, asked.spread_seeds, asked.force, screen)
+        _measure(screen, asked)
     if asked.gap_logs is not None and "IV" not in tables:
         raise UsageError("needs Table IV", where="--gap-logs", fix="add --table IV", code="E805")
     if asked.out is not None:
@@ -91,14 +91,24 @@ def reproduce(asked: Asked) -> None:
     _end(screen, asked, found, options, made)
 
 
+def _measure(screen: Screen, asked: Asked) -> NoReturn:
+    """Measure the sampling spread of a table, and end."""
+    from sstl_cli.core.errors import UsageError
+    from sstl_cli.paper import measured
+
+    if asked.out is None:
+        raise UsageError("needs a folder", where="--spread", fix="give --out DIR", code="E804")
+    with screen.progress("spread", asked.spread_seeds) as advance:
+        found = measured.run(asked.table, asked.out, asked.seed, asked.spread_seeds, asked.force, advance)
+    screen.line(f"spread over {asked.spread_seeds} data sets -> {found.spread}")
+    screen.finish(found)
+
+
 def _end(screen: Screen, asked: Asked, found: Reproduction, options: Options, made: Provenance) -> NoReturn:
     """Show what was rebuilt, write what was asked for, and end: as an error if block R left the committed spread."""
-    from sstl_cli.cli import _reproduce_files as files
-    from sstl_cli.core.documents.outputs import ReproduceDocument
-    from sstl_cli.paper import show
-    from sstl_cli.paper.compare import count
+    from sstl_cli.paper import written as files
 
-    shown = files.Shown(show.grids(found), show.facts(found), count(found.compared))
+    shown = files.shown(found)
     _show(screen, shown)
     written: list[str] = []
     if asked.out is not None:
@@ -110,18 +120,7 @@ def _end(screen: Screen, asked: Asked, found: Reproduction, options: Options, ma
         written += files.write_gap_logs(asked.gap_logs, found, asked.seed, made, asked.force)
         log, other = (asked.gap_logs / name for name in files.GAP_LOGS)
         screen.say(f"two logs; next: sstl diagnose {log} --against {other}")
-    document = ReproduceDocument.joined(
-        files.extras(found),
-        schema="sstl.reproduce/1",
-        tables=list(options.tables),
-        seed=asked.seed,
-        seeds=asked.seeds,
-        verdicts=shown.counts,
-        facts=shown.facts,
-        entries=[c.record() for c in found.compared],
-        written=written,
-    )
-    screen.finish(document, gate=_missed(screen, found))
+    screen.finish(files.document(found, shown, options, written), gate=_missed(screen, found))
 
 
 def _show(screen: Screen, shown: Shown) -> None:

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from sstl_cli.cli import _reproduce_files as files
 from sstl_cli.control.loop_lag import LoopLag
 from sstl_cli.control.references import Reference
 from sstl_cli.control.scoring import score
 from sstl_cli.core.documents.outputs import ReproduceDocument
 from sstl_cli.paper import distal, drawings, figures, show, tendons
+from sstl_cli.paper import written as files
 from sstl_cli.paper.bench import ModelBench
 from sstl_cli.paper.better import WAYS, Calibration, Rung
 from sstl_cli.paper.block_r import Tracked

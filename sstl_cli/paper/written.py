@@ -1,18 +1,21 @@
-"""The files that ``sstl reproduce`` writes."""
+"""What is written of a reproduction: files, and the document; loads what it needs when something is written."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from sstl_cli.cli.render import Screen
-    from sstl_cli.core.documents.outputs import BesidePart
+    import pyarrow as pa
+
+    from sstl_cli.core.documents.outputs import BesidePart, ReproduceDocument
     from sstl_cli.core.provenance import Provenance
+    from sstl_cli.core.runs import Run
+    from sstl_cli.core.tables import Schema
     from sstl_cli.paper.grid import Grid
-    from sstl_cli.paper.reproduce import Reproduction
+    from sstl_cli.paper.reproduce import Options, Reproduction
 
 FIXED = ("tables.parquet", "tables.tex", "reproduction.html")
 GAP_LOGS = ("fitted.parquet", "stated.parquet")
@@ -61,7 +64,32 @@ class Shown:
     counts: dict[str, int]
 
 
-def write(folder: Path, found: Reproduction, shown: Shown, provenance: Provenance, force: bool) -> list[str]:
+def shown(found: Reproduction) -> Shown:
+    """Return what is shown of a reproduction."""
+    from sstl_cli.paper import show
+    from sstl_cli.paper.compare import count
+
+    return Shown(show.grids(found), show.facts(found), count(found.compared))
+
+
+def document(found: Reproduction, said: Shown, options: Options, written: Sequence[str] = ()) -> ReproduceDocument:
+    """Return a reproduction as ``sstl.reproduce/1``."""
+    from sstl_cli.core.documents.outputs import ReproduceDocument
+
+    return ReproduceDocument.joined(
+        extras(found),
+        schema="sstl.reproduce/1",
+        tables=list(options.tables),
+        seed=options.seed,
+        seeds=options.seeds,
+        verdicts=said.counts,
+        facts=said.facts,
+        entries=[c.record() for c in found.compared],
+        written=list(written),
+    )
+
+
+def write(folder: Path, found: Reproduction, said: Shown, provenance: Provenance, force: bool) -> list[str]:
     """Write Parquet, LaTeX, HTML and SVG; return the names."""
     from sstl_cli.core.files import atomic, write_text
     from sstl_cli.core.kept import fonts_beside
@@ -71,15 +99,15 @@ def write(folder: Path, found: Reproduction, shown: Shown, provenance: Provenanc
 
     from sstl_cli.paper import drawings, page
     from sstl_cli.paper.compare import COMPARISON, table_of
-    from sstl_cli.paper.latex import document
+    from sstl_cli.paper.latex import document as latex
     from sstl_cli.reporting.drawing import picture, save
 
     drawn = drawings.drawings(found) if found.figures or found.better or found.probes else []
     done = list(FIXED)
     write_table(folder / FIXED[0], table_of(found.compared), COMPARISON, provenance, force)
-    write_text(folder / FIXED[1], document(shown.grids), force)
+    write_text(folder / FIXED[1], latex(said.grids), force)
     pictures = [page.Shown(d.name, str(picture(d, None, d.name).svg), d.caption) for d in drawn]  # type: ignore[arg-type]
-    write_text(folder / FIXED[2], page.page(shown.grids, pictures, shown.counts, shown.facts, provenance.command), force)
+    write_text(folder / FIXED[2], page.page(said.grids, pictures, said.counts, said.facts, provenance.command), force)
     done += _write_tables(folder, found, provenance, force)
     for d in drawn:
         with atomic(folder / f"{d.name}.svg", force) as temporary:
@@ -89,30 +117,33 @@ def write(folder: Path, found: Reproduction, shown: Shown, provenance: Provenanc
 
 
 def _write_tables(folder: Path, found: Reproduction, provenance: Provenance, force: bool) -> list[str]:
-    """Write the Theta tables, the errors of the mapping and the scores that were rebuilt; return their names."""
+    """Write the tables beside the entries; return their names."""
+    from sstl_cli.core.parquet import write_table
+
+    made = beside(found)
+    for name, (table, schema) in made.items():
+        write_table(folder / name, table, schema, provenance, force)
+    return list(made)
+
+
+def beside(found: Reproduction) -> dict[str, tuple[pa.Table, Schema]]:
+    """Return the Theta tables, the errors of the mapping and the scores that were rebuilt, by the names of their files."""
     import pyarrow as pa
 
-    from sstl_cli.core.parquet import write_table
     from sstl_cli.core.tables import EVALUATION as EVALUATION_SCHEMA
     from sstl_cli.core.tables import SCORE
     from sstl_cli.core.tables import THETA as THETA_SCHEMA
     from sstl_cli.steps.compensate import score_rows, score_table
 
-    done = []
-    for name, part in THETA.items():
-        made = getattr(found, part)
-        if made is not None:
-            write_table(folder / name, made.theta, THETA_SCHEMA, provenance, force)
-            done.append(name)
+    parts = {name: getattr(found, part) for name, part in THETA.items()}
+    done = {name: (made.theta, THETA_SCHEMA) for name, made in parts.items() if made is not None}
     if found.mapping is not None:
         rows = [
             {"variant": v, "seed": i, "rmse_gamma_p": p, "rmse_gamma_r": r, "rmse_total": t, "outside_range_pct": 0.0}
             for v, values in found.mapping.per_seed.items()
             for i, (p, r, t) in enumerate(values.tolist())
         ]
-        table = pa.Table.from_pylist(rows, schema=EVALUATION_SCHEMA.arrow())
-        write_table(folder / EVALUATION, table, EVALUATION_SCHEMA, provenance, force)
-        done.append(EVALUATION)
+        done[EVALUATION] = (pa.Table.from_pylist(rows, schema=EVALUATION_SCHEMA.arrow()), EVALUATION_SCHEMA)
     if found.blocks:
         scores = [
             row.model_copy(update={"run_id": f"{b.settings.name}-{row.run_id}"})
@@ -120,67 +151,33 @@ def _write_tables(folder: Path, found: Reproduction, provenance: Provenance, for
             for r in b.results
             for row in score_rows(r)
         ]
-        write_table(folder / SCORES, score_table(scores), SCORE, provenance, force)
-        done.append(SCORES)
+        done[SCORES] = (score_table(scores), SCORE)
     return done
-
-
-def measure(table: str, out: Path | None, seed: int, seeds: int, force: bool, screen: Screen) -> None:
-    """Measure a sampling spread seed by seed and write it to the folder: of block R, Table III, or Tables I, II and IV.
-
-    What a stopped run has left in ``seeds`` inside the folder is taken up.
-
-    Raises
-    ------
-    UsageError
-        E804 without a folder.
-    """
-    from sstl_cli.core.errors import UsageError
-
-    if out is None:
-        raise UsageError("needs a folder", where="--spread", fix="give --out DIR", code="E804")
-    from sstl_cli.core.documents.outputs import ReproduceDocument
-    from sstl_cli.core.files import write_text
-    from sstl_cli.paper import data_seeds
-    from sstl_cli.paper.spread import FILES, Draw, of_draws, parse
-
-    experiment = table if table in FILES else "generator"
-    name = FILES[experiment]
-    require(out, (name,), force)
-
-    def place(one: int) -> Path:
-        return out / "seeds" / f"{experiment}-{one:05d}.csv"
-
-    def at_hand(one: int) -> Draw | None:
-        if not place(one).is_file():
-            return None
-        kept = parse(place(one).read_text(encoding="utf-8"))
-        return {block: {key: mean for key, (mean, _) in moments.items()} for block, moments in kept.blocks.items()}
-
-    def keep(one: int, draw: Draw) -> None:
-        write_text(place(one), of_draws([draw]).csv(), True)
-
-    (out / "seeds").mkdir(exist_ok=True)
-    draws = []
-    with screen.progress("spread", seeds) as advance:
-        for draw in data_seeds.run(experiment, range(seed + 1, seed + 1 + seeds), at_hand, keep):
-            draws.append(draw)
-            advance(1)
-    measured = of_draws(draws)
-    write_text(out / name, measured.csv(), force)
-    screen.line(f"spread over {seeds} data sets -> {out / name}")
-    screen.finish(ReproduceDocument(schema="sstl.reproduce/1", spread=str(out / name), seed=seed, seeds=seeds))
 
 
 def write_gap_logs(folder: Path, found: Reproduction, seed: int, provenance: Provenance, force: bool) -> list[str]:
     """Write the explaining runs and what the stated settings predict for them, paired by run_id."""
     from sstl_cli.core.runs import write_runs
-    from sstl_cli.paper.table_iv_gap import logs
 
-    assert found.prepared is not None
-    for name, runs in zip(GAP_LOGS, logs(found.prepared, found.blocks[-1], seed), strict=True):
+    for name, runs in zip(GAP_LOGS, gap_runs(found, seed), strict=True):
         write_runs(folder / name, runs, provenance, force)
     return list(GAP_LOGS)
+
+
+def gap_runs(found: Reproduction, seed: int) -> tuple[Iterator[Run], Iterator[Run]]:
+    """Return the explaining runs, and what the stated settings predict for them.
+
+    Raises
+    ------
+    UsageError
+        E805 where Table IV was not rebuilt.
+    """
+    from sstl_cli.core.errors import UsageError
+    from sstl_cli.paper.table_iv_gap import logs
+
+    if found.prepared is None:
+        raise UsageError("needs Table IV", where="--gap-logs", fix="add --table IV", code="E805")
+    return logs(found.prepared, found.blocks[-1], seed)
 
 
 def extras(found: Reproduction) -> BesidePart:
