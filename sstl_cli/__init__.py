@@ -20,6 +20,21 @@ from sstl_cli.core.kept import at_start as _ensure
 from sstl_cli.core.kept import fonts_beside as _fonts
 
 if TYPE_CHECKING:
+    from sstl_cli.api.blinded import (
+        BlindInjectDocument,
+        BlindLearnDocument,
+        BlindLibraryDocument,
+        BlindLimitDocument,
+        BlindMakeDocument,
+        BlindRealDocument,
+        BlindRunDocument,
+        BlindScoreDocument,
+        BlindSet,
+        blind_inject,
+        blind_learn,
+        blind_library,
+        blind_real,
+    )
     from sstl_cli.api.catalogue import effects
     from sstl_cli.api.control import Biases, Controller, ControllerOptions, compensate, controller
     from sstl_cli.api.diagnosis import Diagnosis, diagnose
@@ -29,18 +44,35 @@ if TYPE_CHECKING:
     from sstl_cli.api.mapping import Mapping, relate, train
     from sstl_cli.api.planning import PlanDocument, StagesDocument, plan, stages
     from sstl_cli.api.recordings import Guess, guess, import_
+    from sstl_cli.api.reproducing import ReproduceDocument, Reproduction, measure_spread, reproduce
     from sstl_cli.api.watching import AlarmDocument, LoopDocument, WatchDocument, watch
     from sstl_cli.core.errors import SstlError
 
 __version__ = "0.2.0"
 
 __all__ = [
-    "AlarmDocument", "Biases", "Controller", "ControllerOptions", "Controllers", "Diagnosis", "DoctorDocument", "Guess", "Log", "LoopDocument", "Mapping",
-    "PlanDocument", "Scenario", "SstlError", "StagesDocument", "WatchDocument", "compensate", "controller", "controllers", "diagnose", "doctor", "effects",
-    "guess", "import_", "plan", "read", "relate", "schema", "simulate", "stages", "train", "watch",
+    "AlarmDocument", "Biases", "BlindInjectDocument", "BlindLearnDocument", "BlindLibraryDocument", "BlindLimitDocument",
+    "BlindMakeDocument", "BlindRealDocument", "BlindRunDocument", "BlindScoreDocument", "BlindSet", "Controller", "ControllerOptions",
+    "Controllers", "Diagnosis", "DoctorDocument", "Guess", "Log", "LoopDocument", "Mapping", "PlanDocument", "ReproduceDocument",
+    "Reproduction", "Scenario", "SstlError", "StagesDocument", "WatchDocument", "blind_inject", "blind_learn", "blind_library",
+    "blind_real", "compensate", "controller", "controllers", "diagnose", "doctor", "effects", "guess", "import_", "measure_spread",
+    "plan", "read", "relate", "reproduce", "schema", "simulate", "stages", "train", "watch",
 ]  # fmt: skip
 
 _HOMES = {
+    "BlindInjectDocument": "sstl_cli.api.blinded",
+    "BlindLearnDocument": "sstl_cli.api.blinded",
+    "BlindLibraryDocument": "sstl_cli.api.blinded",
+    "BlindLimitDocument": "sstl_cli.api.blinded",
+    "BlindMakeDocument": "sstl_cli.api.blinded",
+    "BlindRealDocument": "sstl_cli.api.blinded",
+    "BlindRunDocument": "sstl_cli.api.blinded",
+    "BlindScoreDocument": "sstl_cli.api.blinded",
+    "BlindSet": "sstl_cli.api.blinded",
+    "blind_inject": "sstl_cli.api.blinded",
+    "blind_learn": "sstl_cli.api.blinded",
+    "blind_library": "sstl_cli.api.blinded",
+    "blind_real": "sstl_cli.api.blinded",
     "Biases": "sstl_cli.api.control",
     "Controller": "sstl_cli.api.control",
     "ControllerOptions": "sstl_cli.api.control",
@@ -68,6 +100,10 @@ _HOMES = {
     "StagesDocument": "sstl_cli.api.planning",
     "plan": "sstl_cli.api.planning",
     "stages": "sstl_cli.api.planning",
+    "ReproduceDocument": "sstl_cli.api.reproducing",
+    "Reproduction": "sstl_cli.api.reproducing",
+    "measure_spread": "sstl_cli.api.reproducing",
+    "reproduce": "sstl_cli.api.reproducing",
     "AlarmDocument": "sstl_cli.api.watching",
     "LoopDocument": "sstl_cli.api.watching",
     "WatchDocument": "sstl_cli.api.watching",

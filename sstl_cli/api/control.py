@@ -153,7 +153,7 @@ def controller(
     >>> rig = controller(simulate("sample", seed=1).segment(), config_id="CP-020")
     >>> command_n, phase = rig.step(9.0, 8.5)
     >>> round(command_n, 1), phase, rig.fault
-    (15.3, 'PP', '')
+    (14.7, 'PP', '')
     >>> rig.step(9.0, float("nan")) == (command_n, "SAFE"), rig.fault
     (True, 'measured tension lost (not a number)')
     """

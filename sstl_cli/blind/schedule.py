@@ -11,6 +11,7 @@ import numpy as np
 from sstl_cli.blind.record import DISTURBANCE
 from sstl_cli.blind.simulators import NAMES
 from sstl_cli.blind.strength import STRENGTHS
+from sstl_cli.core.errors import SstlError, nearest
 from sstl_cli.core.rng import stream
 from sstl_cli.physics.effects import catalogue, get
 
@@ -61,7 +62,17 @@ def jobs(
     ``mixed`` deals the simulators in turn within each kind, so that every kind comes from all of them. ``recordings`` are
     ``plain`` (complete, at a steady rate), as ``lab`` s make them, or ``mixed``: every other case of a kind. So many further ``nulls``
     are among them: a false alarm is rare, and takes many cases to count.
+
+    Raises
+    ------
+    SstlError
+        E961 for another simulator or kind of recordings, or no case at all.
     """
+    for what, name, known in (("simulator", simulator, (*NAMES, MIXED)), ("kind of recordings", recordings, (PLAIN, LAB, MIXED))):
+        if name not in known:
+            raise SstlError(f"no {what} '{name}' ({nearest(name, known)})", fix=f"use one of {', '.join(known)}", code="E961")
+    if cases < 1 or nulls < 0:
+        raise SstlError(f"{cases} cases and {nulls} further nulls cannot be drawn", fix="ask for one case or more", code="E961")
     dealt: Counter[str] = Counter()
     found = []
     for k, entry in enumerate(schedule(cases, seed, strengths, nulls)):

@@ -52,7 +52,8 @@ class Making:
     @property
     def drawn(self) -> int:
         """How many cases are drawn beside the further ``nulls``."""
-        return self.cases or (QUICK_CASES if self.quick else FULL_CASES)
+        usual = QUICK_CASES if self.quick else FULL_CASES
+        return usual if self.cases is None else self.cases
 
     @property
     def count(self) -> int:

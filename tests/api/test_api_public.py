@@ -22,7 +22,20 @@ import pytest
 from program import inside
 
 import sstl_cli as sstl
-from sstl_cli.api import catalogue, control, diagnosis, exporting, installed, log, mapping, planning, recordings, watching
+from sstl_cli.api import (
+    blinded,
+    catalogue,
+    control,
+    diagnosis,
+    exporting,
+    installed,
+    log,
+    mapping,
+    planning,
+    recordings,
+    reproducing,
+    watching,
+)
 from sstl_cli.cli import app as program
 from sstl_cli.core import sound
 from sstl_cli.core.errors import SstlError
@@ -33,15 +46,20 @@ from sstl_cli.steps.diagnose import DiagnoseOptions
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "data/samples/log.parquet"
 NAMES = [
-    "AlarmDocument", "Biases", "Controller", "ControllerOptions", "Controllers", "Diagnosis", "DoctorDocument", "Guess", "Log", "LoopDocument", "Mapping", "PlanDocument",
-    "Scenario", "SstlError", "StagesDocument", "WatchDocument", "compensate", "controller", "controllers", "diagnose", "doctor", "effects", "guess", "import_", "plan",
-    "read", "relate", "schema", "simulate", "stages", "train", "watch",
+    "AlarmDocument", "Biases", "BlindInjectDocument", "BlindLearnDocument", "BlindLibraryDocument", "BlindLimitDocument",
+    "BlindMakeDocument", "BlindRealDocument", "BlindRunDocument", "BlindScoreDocument", "BlindSet", "Controller", "ControllerOptions",
+    "Controllers", "Diagnosis", "DoctorDocument", "Guess", "Log", "LoopDocument", "Mapping", "PlanDocument", "ReproduceDocument",
+    "Reproduction", "Scenario", "SstlError", "StagesDocument", "WatchDocument", "blind_inject", "blind_learn", "blind_library",
+    "blind_real", "compensate", "controller", "controllers", "diagnose", "doctor", "effects", "guess", "import_", "measure_spread",
+    "plan", "read", "relate", "reproduce", "schema", "simulate", "stages", "train", "watch",
 ]  # fmt: skip
 MEMBERS = {
     "Log": ["check", "export", "from_frame", "frame", "inputs", "phases", "plot", "runs", "segment", "summary", "write"],
     "Mapping": ["evaluate", "export", "history", "load", "model", "predict", "predictions", "save", "variants"],
+    "BlindSet": ["cases", "limit", "make", "path", "run", "score"],
     "Controller": ["fault", "replay", "reset", "rest_tension", "step"],
     "Controllers": ["lines", "method", "options", "set_aside", "write", "write_c"],
+    "Reproduction": ["data", "document", "entries", "facts", "gap_logs", "outside", "tables", "verdicts", "write"],
     "Diagnosis": [
         "candidates",
         "gap",
@@ -60,16 +78,16 @@ MEMBERS = {
 }
 # what a call without names relies on: arguments are added behind these, or by name
 POSITIONS = {
-    "compensate": "theta mapping", "controller": "theta mapping", "controllers": "theta mapping", "diagnose": "log sim", "plan": "scenario effects", "relate": "theta",
+    "blind_inject": "logs sizes", "blind_library": "path", "blind_real": "log", "compensate": "theta mapping", "controller": "theta mapping", "controllers": "theta mapping", "diagnose": "log sim", "measure_spread": "path table", "plan": "scenario effects", "relate": "theta", "reproduce": "tables",
     "schema": "name", "simulate": "scenario", "stages": "commands", "train": "theta",
     "Log.export": "path force", "Log.from_frame": "frame", "Log.plot": "kind run_id", "Log.write": "path force",
     "Mapping.evaluate": "theta everything", "Mapping.export": "path force", "Mapping.load": "path", "Mapping.predict": "gamma_sstl tendon variant",
     "Mapping.predictions": "theta everything", "Mapping.save": "path force",
     "Controllers.write": "path force", "Controllers.write_c": "path config_id real force",
-    "Diagnosis.plot": "kind tendon", "Diagnosis.report": "path title force", "Diagnosis.save_model": "path force",
+    "Diagnosis.plot": "kind tendon", "Diagnosis.report": "path title force", "Diagnosis.save_model": "path force", "Reproduction.write": "path force",
 }  # fmt: skip
 # paths, or names alone
-BY_NAME = {"doctor", "effects", "guess", "import_", "read", "watch"}
+BY_NAME = {"blind_learn", "doctor", "effects", "guess", "import_", "read", "watch"}
 FEW = {"effects": ["pulley_friction", "const_friction"], "max_effects": 1}
 
 
@@ -138,7 +156,7 @@ def test_importing_is_cheap_and_loads_nothing_heavy() -> None:
 
 @pytest.mark.parametrize(
     "module",
-    [sstl, log, mapping, diagnosis, control, catalogue, exporting, installed, planning, recordings, watching],
+    [sstl, log, mapping, diagnosis, control, blinded, catalogue, exporting, installed, planning, recordings, reproducing, watching],
     ids=lambda m: m.__name__,
 )
 def test_doctests(module) -> None:

@@ -12,11 +12,19 @@ import pytest
 import typer
 
 import sstl_cli as sstl
+from sstl_cli.cli import _blind_show
 from sstl_cli.cli import app as program
 
 ROOT = Path(__file__).parents[2]
 # the functions of a command; an option that is not named below is the parameter of that name
 SIDES = {
+    "blind learn": ["blind_learn"],
+    "blind library": ["blind_library"],
+    "blind limit": ["BlindSet.limit"],
+    "blind make": ["BlindSet.make"],
+    "blind real": ["blind_real", "blind_inject"],
+    "blind run": ["BlindSet.run"],
+    "blind score": ["BlindSet.score"],
     "check": ["Log.check"],
     "compensate": ["compensate", "controller", "ControllerOptions", "Biases"],
     "diagnose": ["diagnose", "plan", "stages"],
@@ -29,6 +37,7 @@ SIDES = {
     "info": ["Log.summary"],
     "plot": ["Log.plot", "Diagnosis.plot"],
     "report": ["Diagnosis.report"],
+    "reproduce": ["reproduce", "measure_spread", "Reproduction.write", "Reproduction.gap_logs"],
     "schema": ["schema"],
     "segment": ["Log.segment", "Log.phases"],
     "simulate": ["simulate"],
@@ -37,6 +46,7 @@ SIDES = {
 }
 # options of another name, or that are a function of their own
 NAMED = {
+    "blind real --inject": "blind_inject.sizes",
     "check --no-physics": "Log.check.physics",
     "compensate --sim": "compensate.theta",
     "compensate --model": "compensate.mapping",
@@ -72,6 +82,10 @@ NAMED = {
     "import --map": "import_.mapping",
     "import --guess": "guess",
     "plot --run": "Log.plot.run_id",
+    "reproduce --gap-logs": "Reproduction.gap_logs",
+    "reproduce --spread": "measure_spread",
+    "reproduce --spread-seeds": "measure_spread.seeds",
+    "reproduce --table": "reproduce.tables",
     "segment --phases": "Log.phases",
     "segment --no-physics": "Log.segment.physics",
     "simulate --effect": "simulate.effects",
@@ -86,6 +100,7 @@ NEVER = {
 }
 A_GATE = "a gate ends the program with another exit code: compare the number"
 ALONE = {
+    **{f"blind score --{name.replace('_', '-')}": A_GATE for name in _blind_show.GATES},
     "compensate --max-rmse": A_GATE,
     "compensate --scores": "what is returned",
     "compensate --timeout": "a program of your own knows when a sample is late: Controller.step(nan, nan) holds, then ramps down",
@@ -97,10 +112,12 @@ ALONE = {
     "evaluate --max-rmse": A_GATE,
     "watch --fail-on-alarm": A_GATE,
 }
-# commands of their own kind; docs/python.md says why of each
-COMMANDS_ALONE = {"batch", "blind", "reproduce"}
+# a command of its own kind; docs/python.md says why
+COMMANDS_ALONE = {"batch"}
 # parameters that stand for an argument of the command, or for nothing that it could take
 ARGUMENTS = {
+    "measure_spread.path", "measure_spread.table", "Reproduction.write.path",
+    "blind_inject.logs", "blind_learn.libraries", "blind_library.path", "blind_real.log",
     "diagnose.log", "evaluate.theta", "import_.files", "guess.files", "Mapping.evaluate.theta", "Mapping.predictions.theta",
     "stages.commands", "train.theta", "Diagnosis.report.path", "controllers.theta", "Controllers.write.path", "Controllers.write_c.path",
     "Log.export.path", "Mapping.export.path",
