@@ -41,6 +41,24 @@ def test_a_reading_interpolated_beyond_the_range_makes_it_no_wider():
     assert size_n(read, count) == pytest.approx(12.0, abs=0.05)
 
 
+def test_what_reads_nothing_but_noise_goes_below_the_range_and_no_whole_range_higher():
+    sent = 10.0 * np.maximum(np.sin(2.0 * np.pi * T / 8.0), 0.0)
+    pull = 0.7 * sent + NOISE[0]
+    count = turns(pull % 5.0, sent + NOISE[1])
+    np.testing.assert_array_equal(count, np.floor(pull / 5.0))
+    assert count.min() == -1
+
+
+def test_a_channel_that_is_beyond_its_range_while_the_other_end_is_lowest_overflows():
+    # much friction holds the output up when the input is back within a tenth of its span from its lowest
+    wide = np.concatenate(([5.0], np.zeros(len(T) - 1)))
+    for k in range(1, len(T)):
+        wide[k] = min(max(wide[k - 1], np.exp(-1.0) * SENT[k]), np.exp(1.0) * SENT[k])
+    pull, other = wide + NOISE[0], SENT + NOISE[1]
+    assert other[pull >= 6.0].min() < other.min() + 0.1 * np.ptp(other)
+    np.testing.assert_array_equal(turns(pull % 6.0, other), np.floor(pull / 6.0))
+
+
 def test_a_signed_number_goes_on_at_its_other_end():
     pull = HELD + NOISE[0]
     count = turns((pull + 11.0) % 22.0 - 11.0, SENT + NOISE[1])

@@ -33,7 +33,7 @@ class Standstill:
 
 def wrap_of(position: Array | None, x: Array) -> float:
     """Return by how much (mm) a position jumps from one end of its range to the other while the input goes on, NaN where it does not."""
-    return overflows.size_n(position, overflows.turns_beside(position, x)) if _throughout(position) else math.nan
+    return overflows.size_n(position, overflows.turns(position, x)) if _throughout(position) else math.nan
 
 
 def standstill_of(time_s: Array, position: Array | None, x: Array) -> Standstill | None:

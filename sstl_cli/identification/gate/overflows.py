@@ -1,7 +1,7 @@
 """A number that overflows: beyond one end of its range a channel reads on from the other.
 
 One channel alone cannot tell it from a drop. What tells is that it goes over from its highest reading to its lowest and back,
-that with its range more it goes on as it came, and that the other end of the line takes no notice and is not at its lowest meanwhile.
+that with its range more it goes on as it came, that the other end of the line takes no notice, and that it then rises with that one.
 """
 
 from __future__ import annotations
@@ -18,17 +18,19 @@ Array = NDArray[np.float64]
 JUMP, BEYOND, STEADY = 0.7, 10.0, 0.1
 # by how many of the steps beside it, and by how many noises, a channel goes on over the end of its range
 AS_BESIDE, NOISES = 2.0, 8.0
-# correlation from which on a position rises with the tension
-FOLLOWS = 0.5
+# correlation from which on a channel rises with the other one; that of sound outputs with much friction goes down to 0.4
+FOLLOWS = 0.2
 
 
 def turns(values: Array, other: Array) -> NDArray[np.int64]:
     """Return how many times each reading has gone beyond the range of a channel, 0 everywhere where none overflows.
 
+    What reads nothing but for its noise may have gone below it, to the top of the range: -1.
+
     Parameters
     ----------
     values, other : ndarray, shape (n,)
-        Readings of the channel and of the other end of the line (N).
+        Readings of the channel, and of the other end of the line (N) or what else moves with it.
 
     Examples
     --------
@@ -39,24 +41,13 @@ def turns(values: Array, other: Array) -> NDArray[np.int64]:
     0
     """
     found = _gone_over(values, other)
-    if found is None:
-        return np.zeros(len(values), np.int64)
-    count = found[0]
-    high = float(np.min(other[count > 0])) > float(np.min(other)) + STEADY * float(np.ptp(other))
-    return count if high else np.zeros(len(values), np.int64)
+    return found[0] if found is not None and _follows(values, found[1], other) else np.zeros(len(values), np.int64)
 
 
-def turns_beside(position: Array, x: Array) -> NDArray[np.int64]:
-    """Return how many times each position (mm) has gone beyond the range of its counter, 0 everywhere where it does not, shape (n,).
-
-    What tells is that with its range more it goes on as it came and rises with the tension ``x`` (N) as a line that is pulled does, and without does not.
-    """
-    found = _gone_over(position, x)
-    if found is None:
-        return np.zeros(len(position), np.int64)
-    count, whole = found
-    follows, without = (float(np.corrcoef(v, x)[0, 1]) for v in (whole, position))
-    return count if follows > max(FOLLOWS, without) else np.zeros(len(position), np.int64)
+def _follows(values: Array, whole: Array, other: Array) -> bool:
+    """Whether a channel rises with the other one once its range is added, and better than as it reads: a line that is pulled does, what drops does not."""
+    added, read = (float(np.corrcoef(v, other)[0, 1]) for v in (whole, values))
+    return added > max(FOLLOWS, read)
 
 
 def _gone_over(values: Array, other: Array) -> tuple[NDArray[np.int64], Array] | None:
@@ -79,7 +70,10 @@ def _gone_over(values: Array, other: Array) -> tuple[NDArray[np.int64], Array] |
     near = np.maximum(np.append(moved[1:], 0.0), np.insert(moved[:-1], 0, 0.0))
     smooth = moved[over] <= AS_BESIDE * near[over] + NOISES * noise_sd(whole)
     steady = quantile(np.abs(np.diff(other))[over], 0.9) < STEADY * float(np.ptp(other))
-    return (count, whole) if bool(smooth.all()) and steady else None
+    if not (smooth.all() and steady):
+        return None
+    below = int(float(values[count == 0].min()) > float(values.max()) - NOISES * noise_sd(whole))
+    return count - below, whole - size * below
 
 
 def _goes_on(step: Array, over: NDArray[np.bool_]) -> Array:
