@@ -72,6 +72,17 @@ def test_current_of_a_transmitter_is_told_with_gain_and_zero() -> None:
     assert "gain = 3.1" in said.mend
 
 
+@pytest.mark.parametrize("channel", [0, 1])
+def test_volts_of_a_channel_with_a_zero_of_its_own_are_told(channel: int) -> None:
+    # 0.05 V/N and 1.2 V at no tension: less than the zero of a sound sensor would be in N
+    name = ("tension_in_n", "tension_out_n")[channel]
+    log = [bend(n, theta, s, low=0.2) for n, theta, s in (("a", 0.3, 1), ("a", 0.3, 2), ("b", 0.5, 3))]
+    (said,) = remarks([replace(r, **{name: 1.2 + 0.05 * getattr(r, name)}) for r in log])
+    assert (said.rule, said.severity, len(said.run_ids)) == ("gain", "failure", 3)
+    assert f"the {('input', 'output')[channel]} probably has a gain of 0.05 and an offset of 1.2" in said.sentence
+    assert said.mend.startswith(name) and "gain = 20" in said.mend and "offset = 1.2" in said.mend
+
+
 @pytest.mark.parametrize(("gain", "zero"), [(1.15, 2.0), (0.85, -0.1), (1.0, 2.0)])
 def test_gain_and_zero_of_sound_sensors_are_not_told(gain: float, zero: float) -> None:
     assert not remarks([bend(n, theta, s, gain, zero) for n, theta, s in (("a", 0.3, 1), ("a", 0.3, 2), ("b", 0.5, 3))])

@@ -19,7 +19,8 @@ from sstl_cli.identification.gate.strands import CREEPS, LAG, PARAMETERS, SPREAD
 
 Array = NDArray[np.float64]
 FRICTION, GAIN, SPEED, SLOW = (0, 2), (0, 2, 1), (0, 1, 2, 5), (0, 1, 2, LAG)
-ZERO_IN, ZERO_OUT, CREEP, GAIN_BESIDE = (0, 3), (0, 4), (0, 1, 2, CREEPS), (0, 2, 4, 1)
+ZERO_IN, ZERO_OUT, CREEP = (0, 3), (0, 4), (0, 1, 2, CREEPS)
+GAIN_BESIDE, GAIN_BESIDE_IN = (0, 2, 4, 1), (0, 2, 3, 1)
 GAIN_OUT_FROM, GAIN_IN_FROM, ZERO_OUT_FROM, ZERO_IN_FROM = (0, 2, 4, 7), (0, 2, 4, 8), (0, 2, 4, 9), (0, 2, 4, 10)
 # part of a run that an output may be moved by for what is left to count: what lies beyond its ends is not compared
 MOVED = 0.2
@@ -49,11 +50,12 @@ def bundled(free: tuple[int, ...]) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class Cause:
-    """One hypothesis: n theta, the size of the slip (in the unit of the slip) and the residual (N) it leaves."""
+    """One hypothesis: n theta, the size of the slip (in the unit of the slip) and the residual (N) it leaves; ``zero_n`` is a zero that is free beside it."""
 
     wrap: float
     size: float
     rms_n: float
+    zero_n: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -75,8 +77,8 @@ class Causes:
     """What friction alone leaves of a run, and what it leaves with one slip: a gain, a zero, a delay, a low-pass of the output,
     a zero that creeps, or time reversed.
 
-    ``scale`` is the gain beside a zero of the output that is free as well: no slip, but how large a gain is where there is one. Sensors are tared to
-    some percent, which a gain alone takes for its own.
+    ``scale`` is the gain beside a zero of the output that is free as well, ``scale_in`` that beside one of the input: how large a gain is where there is one,
+    as sensors are tared to some percent, which a gain alone takes for its own, and another scale (volts) where both are far off.
 
     ``speed`` is no slip but friction that falls or rises with speed, which moves the loop in time as well; it is asked for where a slip takes much away.
 
@@ -97,6 +99,7 @@ class Causes:
     speed: Cause
     creep: Cause
     scale: Cause
+    scale_in: Cause
 
     @property
     def enough(self) -> bool:
@@ -127,7 +130,7 @@ class Causes:
 
 
 UNKNOWN = Cause(math.nan, math.nan, math.nan)
-NO_CAUSES = Causes(math.nan, *[UNKNOWN] * 10)
+NO_CAUSES = Causes(math.nan, *[UNKNOWN] * 11)
 
 
 def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], play: PlayFit) -> Causes:
@@ -144,7 +147,7 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
     """
     floor = floor_of(noise[1], y)
     friction = best_fit(x, y, FRICTION, floor, play)
-    found = Causes(math.hypot(noise[1], math.exp(-friction.wrap) * noise[0]), friction, *[UNKNOWN] * 9)
+    found = Causes(math.hypot(noise[1], math.exp(-friction.wrap) * noise[0]), friction, *[UNKNOWN] * 10)
     if found.enough:
         return found
     bundle = best_fit(x, y, bundled(FRICTION), floor, play)
@@ -161,8 +164,8 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
         creep=best_fit(x, y, bundled(CREEP), floor, play),
         reversed=best_fit(np.ascontiguousarray(x[::-1]), np.ascontiguousarray(y[::-1]), bundled(GAIN), floor),
     )
-    if found.holds(found.gain.rms_n):
-        found = replace(found, scale=min(best_fit(x, y, bundled(GAIN_BESIDE), floor, play), found.gain, key=lambda c: c.rms_n))
+    scales = [min(best_fit(x, y, bundled(free), floor, play), found.gain, key=lambda c: c.rms_n) for free in (GAIN_BESIDE, GAIN_BESIDE_IN)]
+    found = replace(found, scale=scales[0], scale_in=scales[1])
     taken = (found.zero_in, found.zero_out, found.moved, found.slow, found.creep, found.reversed)
     return replace(found, speed=by_speed(time_s, x, y, floor, play)) if any(found.holds(c.rms_n) for c in taken) else found
 
@@ -272,11 +275,12 @@ def modelled(
         wrap, at = 0.5 * math.log(play.gamma_r / play.gamma_p), (play.beta_p - play.beta_r) / (play.gamma_r - play.gamma_p)
         likely = {1: 0.5 * math.log(play.gamma_p * play.gamma_r), 3: at, 4: play.beta_p + play.gamma_p * at}
         guesses.append(guess(min(wrap, 2.0), free))
-        guesses[-1][slip] = likely.get(slip, 0.0)
+        for i in likely.keys() & set(free):
+            guesses[-1][i] = likely[i]
     guesses.sort(key=lambda p: tried(x, y, fast, p, given, floor))
     found = [descend(x, y, fast, which, p, given, floor, STEPS) for p in guesses[:TRIED]]
     p, rms = min(found, key=lambda f: f[1])
-    return Cause(float(p[0]), float(p[slip]), float(rms)), played(x, fast, p, given)
+    return Cause(float(p[0]), float(p[slip]), float(rms), float(p[3] + p[4])), played(x, fast, p, given)
 
 
 def guess(wrap: float, free: tuple[int, ...]) -> Array:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from sstl_cli.identification.gate.causes import MORE
+from sstl_cli.identification.gate.causes import MORE, Cause
 from sstl_cli.identification.gate.evidence import Evidence
 
 # calibrations of both sensors are within 15 % of each other (0.85 to 1.15 in the catalogue), and the same in all runs of a rig
@@ -34,11 +35,9 @@ LITTLE = 0.02
 FAR = 6.0
 # runs that must agree where all of them have the gain, and those that must have none beside one that has it
 AGREE, BESIDE = 3, 2
-# the part of the input's largest reading within which lines of friction meet: friction vanishes at no tension, so that where its lines meet there the
-# output's own reading is its zero
-NOTHING = 0.02
-# part of the output's variance that such lines leave, and times the noise
-EXACT, TO_NOISE = 1e-3, 1.3
+# what a gain beside a zero may leave of what any other slip leaves; the gain from which on no rig's sensors, directions and pulley make it; and how far
+# (logarithm) those of one scale are from each other where presliding hides the lines
+ALONE, ODD, ABOUT = 0.5, 1.7, 0.2
 # zeros of sound sensors go up to 2 N in the catalogue: beyond twice that (N), and a tenth of the span, it is another scale's
 OFFSET_N, OFFSET_SHARE = 2.5, 0.1
 
@@ -186,21 +185,61 @@ def clear_everywhere(log: Sequence[Evidence]) -> dict[str, float]:
     return {e.run_id: math.exp(usual) for e in log if e.tendon_like and not e.causes.enough}
 
 
-def scaled_anew(e: Evidence) -> tuple[float, float] | None:
-    """Return gain and zero (N) of an output that has both, as that of a transmitter has (4 to 20 mA), None where the run does not show them.
+@dataclass(frozen=True)
+class Anew:
+    """A channel (0: input, 1: output) that has a scale of its own: its gain, and what it reads at no tension."""
 
-    One of them alone leaves much, and lines free in both leave but noise and meet where the input reads nothing.
+    channel: int
+    gain: float
+    zero: float
+
+
+def scaled_anew(log: Sequence[Evidence]) -> dict[str, Anew]:
+    """Return the runs one of whose channels has a gain and a zero of its own, with those that show the same less clearly: a scale is the sensor's."""
+    found: dict[str, Anew] = {}
+    for system, tendon in sorted({(e.system, e.tendon) for e in log}, key=str):
+        sensed = [e for e in log if (e.system, e.tendon) == (system, tendon)]
+        hit = [e for e in sensed if _has_scale(e)]
+        if not hit:
+            continue
+        # where a zero is small either channel may have the scale: all runs together tell
+        channel = int(sum(math.log(e.causes.scale.rms_n / e.causes.scale_in.rms_n) for e in hit) <= 0.0)
+        own = sorted(_gain_of(e, channel) for e in hit)
+        hit = [e for e in sensed if e in hit or _shows(e, channel, own[len(own) // 2])]
+        found.update({e.run_id: Anew(channel, math.exp(_gain_of(e, channel)), _scale(e, channel).zero_n) for e in hit})
+    return found
+
+
+def _has_scale(e: Evidence) -> bool:
+    """Whether a channel of a run has a gain and a zero of its own, as that of a transmitter has (0 to 10 V, 4 to 20 mA).
+
+    Together they leave much less than each of them alone, and than any other slip. What differs by no more than sensors, directions and a pulley do must
+    leave but noise, and its zero be beyond that of sound sensors.
     """
-    p, c = e.play, e.causes
-    if p is None or not e.tendon_like or c.enough or not 0.0 < p.gamma_p < p.gamma_r:
-        return None
-    rms = min(p.rms_n, p.delayed_rms_n)
-    exact = 1.0 - p.explained < EXACT and rms < TO_NOISE * c.noise_n
-    if not exact or min(v.rms_n for v in (*c.slips, c.reversed) if math.isfinite(v.rms_n)) < FAR * c.noise_n:
-        return None
-    at = (p.beta_p - p.beta_r) / (p.gamma_r - p.gamma_p)
-    zero, gain = p.beta_p + p.gamma_p * at, 0.5 * math.log(p.gamma_p * p.gamma_r)
-    wrap = 0.5 * math.log(p.gamma_r / p.gamma_p)
-    beyond = abs(gain) > SENSORS + TURNED * wrap + PULLEY
-    far = abs(zero) > max(OFFSET_N, OFFSET_SHARE * e.ranges[1].span)
-    return (math.exp(gain), zero) if beyond and far and abs(at) < NOTHING * e.ranges[0].largest else None
+    c = e.causes
+    if not e.tendon_like or c.enough or not math.isfinite(c.scale.rms_n):
+        return False
+    channel = int(c.scale.rms_n <= c.scale_in.rms_n)
+    mine = _scale(e, channel)
+    rest = min(v.rms_n for v in (*c.slips, c.reversed) if math.isfinite(v.rms_n))
+    if not (c.left(mine.rms_n) < ALONE * c.left(rest) and c.left(mine.rms_n) < LITTLE * e.ranges[1].span):
+        return False
+    if abs(mine.size) > math.log(ODD):
+        return True
+    exact = mine.rms_n < MORE * c.noise_n and rest > FAR * c.noise_n
+    far = abs(mine.zero_n) > max(OFFSET_N, OFFSET_SHARE * e.ranges[channel].span)
+    return exact and far and abs(mine.size) > SENSORS + TURNED * mine.wrap + PULLEY
+
+
+def _scale(e: Evidence, channel: int) -> Cause:
+    return e.causes.scale if channel else e.causes.scale_in
+
+
+def _gain_of(e: Evidence, channel: int) -> float:
+    """Return the logarithm of the gain that a channel has beside its zero."""
+    return e.causes.scale.size if channel else -e.causes.scale_in.size
+
+
+def _shows(e: Evidence, channel: int, gain: float) -> bool:
+    """Whether a run allows a scale that others show: with a gain of about that and a zero friction leaves much less than alone."""
+    return e.tendon_like and abs(_gain_of(e, channel) - gain) < ABOUT and e.causes.holds(_scale(e, channel).rms_n)

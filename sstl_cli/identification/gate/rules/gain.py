@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from sstl_cli.identification.gate.clear_gain import clear_everywhere, clear_some, scaled_anew
+from sstl_cli.identification.gate.clear_gain import Anew, clear_everywhere, clear_some, scaled_anew
 from sstl_cli.identification.gate.evidence import MOST_WRAP, Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
 from sstl_cli.identification.gate.units import FORCES, WORDS, force_unit, stated
@@ -39,6 +39,9 @@ BARELY = 0.9
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output and input differ by a factor that friction does not make."""
+    anew = scaled_anew(log)
+    yield from _anew(log, anew)
+    log = [e for e in log if e.run_id not in anew]
     groups: dict[tuple[Severity, int], list[tuple[float, Evidence]]] = {}
     own = [(gain_of(e), e) for e in log]
     rig = _of_rig(own)
@@ -60,7 +63,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             severity: Severity = "failure" if abs(math.log(most)) > math.log(IMPOSSIBLE) else "remark"
             groups.setdefault((severity, round(math.log(most) / math.log(ALIKE) / 2.0)), []).append((g, e))
     told = {e.run_id for hit in groups.values() for _, e in hit}
-    yield from _clear([e for e in log if e.run_id not in told], bool(told))
+    yield from _clear([e for e in log if e.run_id not in told], bool(told or anew))
     for (severity, _), hit in groups.items():
         g = sorted(v for v, _ in hit)[len(hit) // 2]
         error = 2.0 * _error([v for v, _ in hit], hit[0][1])
@@ -98,8 +101,7 @@ def _allows(e: Evidence, size: float) -> bool:
 
 
 def _clear(log: Sequence[Evidence], others: bool) -> Iterator[Remark]:
-    """Yield gains that are small, or stand beside a zero, and leave nothing but noise; those of all runs where ``others`` have none of another size."""
-    yield from _anew(log)
+    """Yield gains that are small and leave nothing but noise; those of all runs where ``others`` have none of another size."""
     every = {} if others else clear_everywhere(log)
     found = every or clear_some(log)
     hit = [e for e in log if e.run_id in found]
@@ -119,18 +121,22 @@ def _clear(log: Sequence[Evidence], others: bool) -> Iterator[Remark]:
     )  # fmt: skip
 
 
-def _anew(log: Sequence[Evidence]) -> Iterator[Remark]:
-    """Yield runs whose output has a gain and a zero of its own, as the current or voltage of a transmitter has."""
-    hit = [(found, e) for e in log if (found := scaled_anew(e)) is not None]
-    if hit:
-        g, zero = (float(np.median([found[i] for found, _ in hit])) for i in (0, 1))
-        ids = tuple(e.run_id for _, e in hit)
+def _anew(log: Sequence[Evidence], found: dict[str, Anew]) -> Iterator[Remark]:
+    """Yield runs one of whose channels has a gain and a zero of its own, as the current or voltage of a transmitter has."""
+    for i in (1, 0):
+        hit = [e for e in log if e.run_id in found and found[e.run_id].channel == i]
+        if not hit:
+            continue
+        g, zero = (float(np.median([getattr(found[e.run_id], name) for e in hit])) for name in ("gain", "zero"))
+        ids = tuple(e.run_id for e in hit)
+        product, unit = (g * g if i else 1.0 / (g * g)), force_unit(1.0 / g, FITS)
+        named = f", or is in {unit} and its zero is off" if unit else ""
         yield Remark(
-            ids, RULE, "failure" if abs(math.log(g)) > math.log(IMPOSSIBLE) else "remark", g * g, "1",
-            f"{names(ids)}: slope of pull times slope of release is {g * g:.3g} where friction gives 1, and both lines meet where the input reads nothing "
-            f"and the output {zero:.3g}; the output probably has a gain of {g:.3g} and an offset of {zero:.3g}, as the mA (4 to 20) or V of a transmitter have, "
-            "and is not in N",
-            stated(1, "counts", f", gain = {1.0 / g:.4g}, offset = {zero:.3g}"),
+            ids, RULE, "failure" if abs(math.log(g)) > math.log(IMPOSSIBLE) else "remark", product, "1",
+            f"{names(ids)}: slope of pull times slope of release is {product:.3g} where friction gives 1, and both lines meet where the {WORDS[1 - i]} reads nothing "
+            f"and the {WORDS[i]} {zero:.3g}; the {WORDS[i]} probably has a gain of {g:.3g} and an offset of {zero:.3g}, as the mA (4 to 20) or V of a transmitter have, "
+            f"and is not in N{named}",
+            stated(i, "counts", f", gain = {1.0 / g:.4g}, offset = {zero:.3g}"),
         )  # fmt: skip
 
 
