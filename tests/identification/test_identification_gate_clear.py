@@ -83,6 +83,15 @@ def test_volts_of_a_channel_with_a_zero_of_its_own_are_told(channel: int) -> Non
     assert said.mend.startswith(name) and "gain = 20" in said.mend and "offset = 1.2" in said.mend
 
 
+@pytest.mark.parametrize("zero", [-0.3, 0.3])
+def test_small_zero_beside_a_gain_does_not_tell_the_channel(zero: float) -> None:
+    # of the input as of the output: 1.2 N is what sound sensors are off as well
+    log = [bend(n, theta, s, 0.25, zero, low=0.2) for n, theta, s in (("a", 0.3, 1), ("a", 0.3, 2), ("b", 0.5, 3))]
+    (said,) = remarks(log)
+    assert (said.rule, said.severity, len(said.run_ids)) == ("gain", "failure", 3)
+    assert "gain = 4 }" in said.mend and "offset" not in said.mend
+
+
 @pytest.mark.parametrize(("gain", "zero"), [(1.15, 2.0), (0.85, -0.1), (1.0, 2.0)])
 def test_gain_and_zero_of_sound_sensors_are_not_told(gain: float, zero: float) -> None:
     assert not remarks([bend(n, theta, s, gain, zero) for n, theta, s in (("a", 0.3, 1), ("a", 0.3, 2), ("b", 0.5, 3))])

@@ -39,6 +39,8 @@ SPEED_OVER, SPEEDS_OVER, SLOWER = (5,), (5, 11, 21), (0.3, 0.8)
 SLOW_S = (0.2, 0.5, 1.2, 3.0)
 # a slip must take away most of what friction leaves beyond noise, and friction must leave more than noise
 TAKES, MORE = 0.5, 2.0
+# part of the output's span that friction leaves at the least of a channel with another scale
+LITTLE = 0.02
 # standard errors from which on a clock drifts
 DRIFTS = 8.0
 
@@ -164,8 +166,11 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
         creep=best_fit(x, y, bundled(CREEP), floor, play),
         reversed=best_fit(np.ascontiguousarray(x[::-1]), np.ascontiguousarray(y[::-1]), bundled(GAIN), floor),
     )
-    scales = [min(best_fit(x, y, bundled(free), floor, play), found.gain, key=lambda c: c.rms_n) for free in (GAIN_BESIDE, GAIN_BESIDE_IN)]
-    found = replace(found, scale=scales[0], scale_in=scales[1])
+    if found.friction.rms_n > LITTLE * float(np.ptp(y)) or found.holds(found.gain.rms_n):
+        scales = [
+            min(best_fit(x, y, bundled(free), floor, play), found.gain, key=lambda c: c.rms_n) for free in (GAIN_BESIDE, GAIN_BESIDE_IN)
+        ]
+        found = replace(found, scale=scales[0], scale_in=scales[1])
     taken = (found.zero_in, found.zero_out, found.moved, found.slow, found.creep, found.reversed)
     return replace(found, speed=by_speed(time_s, x, y, floor, play)) if any(found.holds(c.rms_n) for c in taken) else found
 

@@ -195,25 +195,30 @@ class Anew:
 
 
 def scaled_anew(log: Sequence[Evidence]) -> dict[str, Anew]:
-    """Return the runs one of whose channels has a gain and a zero of its own, with those that show the same less clearly: a scale is the sensor's."""
+    """Return the runs one of whose channels has a gain and a zero of its own, with those that show the same less clearly: a scale is the sensor's.
+
+    A zero that a sound sensor may have makes no scale of a gain, nor does it tell which of the channels has it.
+    """
     found: dict[str, Anew] = {}
     for system, tendon in sorted({(e.system, e.tendon) for e in log}, key=str):
         sensed = [e for e in log if (e.system, e.tendon) == (system, tendon)]
-        hit = [e for e in sensed if _has_scale(e)]
+        hit = [e for e in sensed if has_scale(e)]
         if not hit:
             continue
         # where a zero is small either channel may have the scale: all runs together tell
         channel = int(sum(math.log(e.causes.scale.rms_n / e.causes.scale_in.rms_n) for e in hit) <= 0.0)
+        if sorted(_sound_zero(e, channel) for e in hit)[len(hit) // 2]:
+            continue
         own = sorted(_gain_of(e, channel) for e in hit)
         hit = [e for e in sensed if e in hit or _shows(e, channel, own[len(own) // 2])]
         found.update({e.run_id: Anew(channel, math.exp(_gain_of(e, channel)), _scale(e, channel).zero_n) for e in hit})
     return found
 
 
-def _has_scale(e: Evidence) -> bool:
+def has_scale(e: Evidence) -> bool:
     """Whether a channel of a run has a gain and a zero of its own, as that of a transmitter has (0 to 10 V, 4 to 20 mA).
 
-    Together they leave much less than each of them alone, and than any other slip. What differs by no more than sensors, directions and a pulley do must
+    Together they leave much less than each of them alone, and than any other slip, which all leave more than noise. What differs by no more than sensors, directions and a pulley do must
     leave but noise, and its zero be beyond that of sound sensors.
     """
     c = e.causes
@@ -222,13 +227,12 @@ def _has_scale(e: Evidence) -> bool:
     channel = int(c.scale.rms_n <= c.scale_in.rms_n)
     mine = _scale(e, channel)
     rest = min(v.rms_n for v in (*c.slips, c.reversed) if math.isfinite(v.rms_n))
-    if not (c.left(mine.rms_n) < ALONE * c.left(rest) and c.left(mine.rms_n) < LITTLE * e.ranges[1].span):
+    if c.noise_alone(rest) or not (c.left(mine.rms_n) < ALONE * c.left(rest) and c.left(mine.rms_n) < LITTLE * e.ranges[1].span):
         return False
     if abs(mine.size) > math.log(ODD):
         return True
     exact = mine.rms_n < MORE * c.noise_n and rest > FAR * c.noise_n
-    far = abs(mine.zero_n) > max(OFFSET_N, OFFSET_SHARE * e.ranges[channel].span)
-    return exact and far and abs(mine.size) > SENSORS + TURNED * mine.wrap + PULLEY
+    return exact and not _sound_zero(e, channel) and abs(mine.size) > SENSORS + TURNED * mine.wrap + PULLEY
 
 
 def _scale(e: Evidence, channel: int) -> Cause:
@@ -238,6 +242,12 @@ def _scale(e: Evidence, channel: int) -> Cause:
 def _gain_of(e: Evidence, channel: int) -> float:
     """Return the logarithm of the gain that a channel has beside its zero."""
     return e.causes.scale.size if channel else -e.causes.scale_in.size
+
+
+def _sound_zero(e: Evidence, channel: int) -> bool:
+    """Whether what a channel reads at no tension is, in N, no more than that of sound sensors."""
+    gain = math.exp(_gain_of(e, channel))
+    return abs(_scale(e, channel).zero_n) <= max(OFFSET_N * gain, OFFSET_SHARE * e.ranges[channel].span)
 
 
 def _shows(e: Evidence, channel: int, gain: float) -> bool:

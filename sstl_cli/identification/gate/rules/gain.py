@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from sstl_cli.identification.gate.clear_gain import Anew, clear_everywhere, clear_some, scaled_anew
+from sstl_cli.identification.gate.clear_gain import Anew, clear_everywhere, clear_some, has_scale, scaled_anew
 from sstl_cli.identification.gate.evidence import MOST_WRAP, Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
 from sstl_cli.identification.gate.units import FORCES, WORDS, force_unit, stated
@@ -41,7 +41,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output and input differ by a factor that friction does not make."""
     anew = scaled_anew(log)
     yield from _anew(log, anew)
-    log = [e for e in log if e.run_id not in anew]
+    # a scale is the sensor's: a run of it that does not show it by friction has no other
+    scaled = {(e.system, e.tendon) for e in log if e.run_id in anew}
+    log = [e for e in log if e.run_id not in anew and ((e.system, e.tendon) not in scaled or _held(e))]
     groups: dict[tuple[Severity, int], list[tuple[float, Evidence]]] = {}
     own = [(gain_of(e), e) for e in log]
     rig = _of_rig(own)
@@ -193,8 +195,8 @@ def gain_of(e: Evidence) -> float:
     if e.causes.enough:
         # friction alone leaves but noise
         return 1.0 if math.isfinite(g) else math.nan
-    if _held(e):
-        return math.exp(e.causes.scale.size)
+    if _held(e) or has_scale(e):
+        return math.exp(min(e.causes.scale, e.causes.scale_in, key=lambda c: c.rms_n).size)
     if not math.isfinite(g):
         # without slopes only the sizes speak: no output exceeds twice its input, none that moves is a hundredth
         moves = b.span > 20.0 * max(e.sensors[1].noise_n, e.sensors[1].step_n)
