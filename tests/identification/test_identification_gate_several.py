@@ -186,3 +186,19 @@ def test_an_output_that_wanders_within_the_backlash_gives_no_energy():
     )
     assert gate.evidence_of(run).loop_work > 0.02
     assert "energy" not in dict(rules([run]))
+
+
+def test_a_force_that_drives_the_band_of_a_brake_gives_its_energy():
+    # a machine pushes and pulls the drum, by more than one end of the band ever bears
+    rng = np.random.default_rng(4)
+    t = 0.01 * np.arange(4000)
+    force, tension = 10.0 * np.sin(t), 5.0 * np.maximum(np.sin(t - 0.2), 0.0)
+
+    def brake(drive):
+        noise = 0.02 * rng.standard_normal((2, len(t)))
+        return replace(loop(0.3, "act"), time_s=t, tension_in_n=tension + noise[0], tension_out_n=drive + noise[1])
+
+    assert gate.evidence_of(brake(force)).loop_work > 0.02
+    assert "energy" not in dict(rules([brake(force)]))
+    # what lost its mean behind a high-pass does not
+    assert "energy" in dict(rules([brake(0.4 * force)]))

@@ -28,6 +28,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         and e.wide
         and e.loop_work > GIVES
         and _moves(e)
+        and _passed_on(e)
         and follows(e)
         and not (unrelated(e) or drift_of(e))
     ]
@@ -44,3 +45,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def _moves(e: Evidence) -> bool:
     return e.ranges[0].span > MOVES * e.sensors[0].noise_n
+
+
+def _passed_on(e: Evidence) -> bool:
+    """Whether the output may be what its input passes on: what pushes by more than the input ever moves has a drive of its own, which gives what friction takes."""
+    return not e.ranges[1].low < -e.ranges[0].span
