@@ -280,8 +280,9 @@ def modelled(
         wrap, at = 0.5 * math.log(play.gamma_r / play.gamma_p), (play.beta_p - play.beta_r) / (play.gamma_r - play.gamma_p)
         likely = {1: 0.5 * math.log(play.gamma_p * play.gamma_r), 3: at, 4: play.beta_p + play.gamma_p * at}
         guesses.append(guess(min(wrap, 2.0), free))
-        for i in likely.keys() & set(free):
-            guesses[-1][i] = likely[i]
+        # beside a gain the zero is far off as well; beside other slips what is free else begins at nothing
+        for i in {slip, 3, 4} & set(free) if slip == 1 else {slip}:
+            guesses[-1][i] = likely.get(i, 0.0)
     guesses.sort(key=lambda p: tried(x, y, fast, p, given, floor))
     found = [descend(x, y, fast, which, p, given, floor, STEPS) for p in guesses[:TRIED]]
     p, rms = min(found, key=lambda f: f[1])

@@ -70,10 +70,20 @@ def _gone_over(values: Array, other: Array) -> tuple[NDArray[np.int64], Array] |
     near = np.maximum(np.append(moved[1:], 0.0), np.insert(moved[:-1], 0, 0.0))
     smooth = moved[over] <= AS_BESIDE * near[over] + NOISES * noise_sd(whole)
     steady = quantile(np.abs(np.diff(other))[over], 0.9) < STEADY * float(np.ptp(other))
-    if not (smooth.all() and steady):
+    if not (smooth.all() and steady) or _far_off(values, step, over, noise_sd(whole)):
         return None
     below = int(float(values[count == 0].min()) > float(values.max()) - NOISES * noise_sd(whole))
     return count - below, whole - size * below
+
+
+def _far_off(values: Array, step: Array, over: NDArray[np.bool_], noise: float) -> bool:
+    """Whether all that goes over are single readings, and some beside readings that no noise takes over an end of the range: those are no tensions."""
+    single = np.flatnonzero(over[:-1] & over[1:] & (step[:-1] * step[1:] < 0.0))
+    if 2 * len(single) < np.count_nonzero(over):
+        return False
+    usual = np.delete(values, single + 1)
+    from_end = np.minimum(values[single] - usual.min(), usual.max() - values[single])
+    return bool(from_end.max() > NOISES * noise)
 
 
 def _goes_on(step: Array, over: NDArray[np.bool_]) -> Array:
