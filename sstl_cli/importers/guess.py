@@ -14,8 +14,9 @@ from sstl_cli.importers.base import Layout, detect
 from sstl_cli.importers.finder import Recording
 from sstl_cli.importers.guess_files import Named, name_pattern, shared_labels, side_of, side_words, taken
 from sstl_cli.importers.guess_left import not_mapped
-from sstl_cli.importers.guess_look import Look, look_at
-from sstl_cli.importers.guess_names import Said
+from sstl_cli.importers.guess_look import Look, look_at, moves
+from sstl_cli.importers.guess_marks import asking
+from sstl_cli.importers.guess_names import Said, said
 from sstl_cli.importers.guess_roles import Roles, doubted
 from sstl_cli.importers.guess_several import with_doubts, with_doubts_of_pairs
 from sstl_cli.importers.guess_toml import Pair, Proposal, written
@@ -114,8 +115,8 @@ def _pair(looks: list[Look]) -> Pair | None:
     """Return the files that hold the input and the output, where each holds one side only."""
     sides: dict[str, list[Look]] = {"in": [], "out": []}
     for look in looks:
-        many = look.tensions or (*look.roles.first, *look.roles.second)
         side = side_of(look.path.stem)
+        many = look.tensions or (*look.roles.first, *look.roles.second) or (_only_channel(look) if side else ())
         if len(many) == 1:
             side = many[0].side or side
         if not side or not many or any(s.side not in ("", side) for s in many) or (not look.tensions and len(many) > 1):
@@ -124,6 +125,15 @@ def _pair(looks: list[Look]) -> Pair | None:
     if not sides["in"] or len(sides["in"]) != len(sides["out"]):
         return None
     return Pair(tuple(sides["in"]), tuple(sides["out"]))
+
+
+def _only_channel(look: Look) -> tuple[Said, ...]:
+    """Return the one channel that moves beside the clock where it may be a tension (``data``, ``col2``), which is asked where the file's name is none of a force."""
+    moving = [s for s in look.names if s.name in look.data and s.name != look.time.channel and moves(look.data[s.name])]
+    if len(moving) != 1 or moving[0].quantity or moving[0].reference or moving[0].dimension not in ("", "voltage", "count"):
+        return ()
+    named = said(look.path.stem).quantity == "force"
+    return (moving[0] if named else asking(moving[0], "is this a tension?"),)
 
 
 def _one_side(many: tuple[Said, ...], side: str, data: dict[str, Array]) -> Roles:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.units import unit_of
 from sstl_cli.importers.guess_names import Said
-from sstl_cli.importers.guess_time import MARK, SAME_RATE, TimeGuess, is_epoch, runs_forward
+from sstl_cli.importers.guess_time import MARK, SAME_RATE, TimeGuess, counts, even, is_epoch, runs_forward, trimmed
 
 Array = NDArray[np.float64]
 # of a step, how far equal clocks may lie apart where they are written with other places
@@ -60,38 +60,34 @@ def with_own_clocks(
         What a channel is as the only clock of the file.
     """
     clocks = [s for s in names if _is_clock(s, data)]
-    chosen = next((s for s in clocks if s.name == time.channel), None)
-    # clocks of either side by their names are asked already
-    if chosen is None or len(clocks) < 2 or len({s.side for s in clocks if s.side}) == 2:
+    chosen = next((s for s in names if s.name == time.channel), None)
+    if chosen is None:
         return Clocks(time)
+    clocks = clocks if chosen in clocks else [chosen, *clocks]
     others = [s for s in clocks if s is not chosen]
     # a coarse copy of the clock, such as minutes with two places, is no other one
     fine = all((np.diff(trimmed(data[s.name])) > 0).all() for s in clocks)
-    in_front = _in_front(names, clocks) if ordered and fine else {}
     # elapsed and unix time tell the same row, wherever they stand
     meet = len({is_epoch(data[s.name]) for s in clocks}) == 1
-    if in_front and meet:
-        base = in_front.get(used[0], chosen) if used else chosen
+    theirs = (_of_sides(names, clocks) or (_in_front(names, clocks) if ordered else {})) if others and fine and meet else {}
+    if theirs:
+        base = theirs.get(used[0], chosen) if used else chosen
         time = time if base is chosen else one(base)
         mapped = {s.name for s in names if s.name in used or s.quantity in ("position", "force")}
-        own = {n: s for n, s in in_front.items() if n in mapped and s is not base and not _equal(base, s, data)}
-        told = {n: one(s) for n, s in own.items()}
-        if not told:
-            return Clocks(time)
-        shown = ", ".join(f"'{n}' with '{s.name}'" for n, s in own.items())
-        return Clocks(replace(time, reasons=(*time.reasons, f"clocks that differ, each in front of its channels: {shown}")), told)
+        own = {n: s for n, s in theirs.items() if n in mapped and s is not base and not _equal(base, s, data)}
+        told = {n: _asked(one(s), base, s, data) for n, s in own.items()}
+        if told:
+            shown = ", ".join(f"'{n}' with '{s.name}'" for n, s in own.items())
+            return Clocks(replace(time, reasons=(*time.reasons, f"clocks that differ, each of its own channels: {shown}")), told)
+        # what has no clock of its own is asked below where the clocks are not one
+        others = [] if used and set(used) <= set(theirs) else others
     apart = next((s for s in others if _apart(chosen, s, data, meet) and _fits(s, used, data)), None)
+    apart = apart or next((s for s in names if _runs_beside(s, chosen, data) and s not in clocks), None)
     if apart is None:
         return Clocks(time)
-    ask = f"'{apart.name}' is another clock: whose? for a channel of its own clock add {own_time(one(apart))} to its line"
+    ask = f"'{apart.name}' is another clock: whose? for a channel of its own clock add {own_time(one(apart)) or 'time'} to its line"
     body, _, question = time.line.partition(MARK)
     return Clocks(replace(time, line=body + MARK + "; ".join(filter(None, (question, ask)))))
-
-
-def trimmed(values: Array) -> Array:
-    """Return readings without the empty cells at the end of a column that is shorter than others."""
-    good = np.flatnonzero(np.isfinite(values))
-    return values[: good[-1] + 1] if len(good) else values[:0]
 
 
 def _is_clock(one: Said, data: dict[str, Array]) -> bool:
@@ -101,8 +97,42 @@ def _is_clock(one: Said, data: dict[str, Array]) -> bool:
     return runs_forward(values) and not (np.diff(values) < 0).any()
 
 
+def _runs_beside(one: Said, chosen: Said, data: dict[str, Array]) -> bool:
+    """Return whether a channel whose name says nothing runs forward evenly, and off a straight line over the clock, as another clock does."""
+    if one.name not in data or one is chosen or one.quantity or one.strange or one.unit:
+        return False
+    x, y = trimmed(data[chosen.name]), trimmed(data[one.name])
+    if not runs_forward(y) or (np.diff(y) <= 0).any() or not even(y) or counts(y):
+        return False
+    if len(x) != len(y):
+        return True
+    line = y[0] + (y[-1] - y[0]) * (x - x[0]) / (x[-1] - x[0])
+    return bool(np.max(np.abs(y - line)) > float(np.max(np.diff(y))))
+
+
+def _of_sides(names: Sequence[Said], clocks: list[Said]) -> dict[str, Said]:
+    """Return the clock of each channel of a side where each side has one by its name, else nothing."""
+    sides = {s.side: s for s in clocks if s.side}
+    if len(sides) != 2 or len(clocks) != 2:
+        return {}
+    return {s.name: sides[s.side] for s in names if s.side and s not in clocks}
+
+
+def _asked(clock: TimeGuess, base: Said, own: Said, data: dict[str, Array]) -> TimeGuess:
+    """Return the own clock of a channel with a question where it runs as fast as that of the file but from another zero: rows may go together all the same."""
+    x, y = _seconds(base, data), _seconds(own, data)
+    if len(x) != len(y) or abs((x[-1] - x[0]) - (y[-1] - y[0])) > SAME_RATE * (x[-1] - x[0]):
+        return clock
+    if float(np.median(np.abs(x - y))) <= float(np.median(np.diff(x))):
+        return clock
+    ask = f"'{base.name}' runs as fast from another zero: if both of a row are of one moment, take time and time_unit out of this line"
+    return replace(clock, line=clock.line + ("; " if MARK in clock.line else MARK) + ask)
+
+
 def _in_front(names: Sequence[Said], clocks: list[Said]) -> dict[str, Said]:
     """Return the clock of each channel where a table begins with one and each stands in front of its channels, else nothing."""
+    # numbers of rows may stand in front of all
+    names = names[next((i for i, s in enumerate(names) if s.quantity != "index"), 0) :]
     places = [i for i, s in enumerate(names) if s in clocks]
     if places[0] != 0 or places[-1] == len(names) - 1 or any(b == a + 1 for a, b in pairwise(places)):
         return {}

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from dataclasses import dataclass, replace
 from itertools import takewhile
 
+from sstl_cli.importers.guess_parts import LETTERS, TRIAL, Columns, at, before, next_word, next_words
+from sstl_cli.importers.guess_system import names_systems, no_system
 from sstl_cli.importers.guess_words import LEAD, QUANTITY_OF, REFERENCE, SIDE_OF, words
 from sstl_cli.importers.mapping import LABELS
 from sstl_cli.importers.pattern import search
-from sstl_cli.importers.systems import SYSTEM_OF, known_system
+from sstl_cli.importers.systems import SYSTEM_OF
 
-# of Latin letters with their accents, which some systems write as characters of their own
-_LETTERS = r"A-Za-z\u00c0-\u024f\u0300-\u036f"
-_PARTS = re.compile(rf"\d+(?:\.\d+)?|[{_LETTERS}]+|[^{_LETTERS}0-9]+")
+_PARTS = re.compile(rf"\d+(?:\.\d+)?|[{LETTERS}]+|[^{LETTERS}0-9]+")
 # sstlTin, actRun
 _WRITTEN_TOGETHER = re.compile(r"\d+(?:\.\d+)?|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[^A-Za-z0-9]+")
 _LOCATIONS = {"NP", "CP", "ND"}
 _MOTIONS = words("sine sin sinus tri triangle ramp step steps chirp random trap trapezoid sweep multisine hold cycle")
-_TRIAL = words("run trial rep take test nr no t v rec log set file part dataset messung versuch essai ensayo prova")
 _BEND = words(
     "deg bend angle config cfg conf curve radius r bending biegung bieg winkel grad kurve curvature courbure courbe cintrage flexion angulo "
     "curva curvatura doblado piega piegatura angolo bogen arco krummung kruemmung biegewinkel courbures 弯曲 彎曲 曲げ 湾曲 굽힘"
@@ -29,8 +27,6 @@ _COUNTED = words(
     "exp experiment try attempt subject sub sample specimen rig robot sheath tube sensor tendon seil cable wire v vel speed f freq hz ch day "
     "session series serie block batch user person patient version ver rev cycle rep 第 jan feb mar apr may jun jul aug sep oct nov dec"
 )
-# beside these act is what was measured
-_ACTUAL = REFERENCE | words("actual measured meas ist vs")
 # in front of a label, or behind it, these say that it does not hold, or only nearly so
 _DENIES_BEHIND = words(
     "off removed disabled inactive deactivated detached disconnected failed missing aborted excluded entfernt abgeschaltet deaktiviert "
@@ -47,10 +43,9 @@ _TURNS = words("roll pitch yaw twist tilt tip rot rotation torsion phase knob")
 # between a number and its decimals, where no dot may stand in a name
 _DECIMAL = words("p d pt point dot komma comma ,")
 _LENGTHS = words("inch inches zoll cm")
-_NO_BEND = _COUNTED | _TRIAL | _MOTIONS | _TURNS | _DENIES | REFERENCE | set(QUANTITY_OF) | set(SIDE_OF) | set(SYSTEM_OF)
+_NO_BEND = _COUNTED | TRIAL | _MOTIONS | _TURNS | _DENIES | REFERENCE | set(QUANTITY_OF) | set(SIDE_OF) | set(SYSTEM_OF)
 # a number with more digits is a date or the count of a recorder
 _BEND_DIGITS = 3
-Columns = list[tuple[str, ...]]
 
 
 @dataclass(frozen=True)
@@ -121,7 +116,7 @@ def _shape(i: int, columns: Columns) -> str:
     """Return a pattern for the words at a place; beside another word it keeps to the letters that tell them apart."""
     if not all(map(str.isascii, columns[i])):
         return r"[^\x00-@\[-`{-\x7f]+"
-    together = any(_at(k, columns)[:1].isalpha() for k in (i - 1, i + 1))
+    together = any(at(k, columns)[:1].isalpha() for k in (i - 1, i + 1))
     shapes = ("[a-z]+", "[A-Z][a-z]+") if together else ()
     return next((shape for shape in shapes if all(re.fullmatch(shape, v) for v in columns[i])), "[A-Za-z]+")
 
@@ -156,7 +151,7 @@ def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int],
     asked: list[str] = []
     for i, values in enumerate(columns):
         label = _label(i, values, columns)
-        if label == "system" and _no_system(i, columns):
+        if label == "system" and no_system(i, columns):
             continue
         if label and label not in labels.values():
             labels[i] = label
@@ -185,13 +180,13 @@ def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int],
 
 
 def _named_by(places: list[int], columns: Columns) -> str:
-    return " or ".join(f"{columns[i][0]} behind '{_before(i, columns)}'" for i in places)
+    return " or ".join(f"{columns[i][0]} behind '{before(i, columns)}'" for i in places)
 
 
 def _repeats(i: int, columns: Columns) -> bool:
     """Return whether a part counts from 0 or 1 on without a gap, and no letter touches it."""
     values = {int(v) for v in columns[i] if v.isdigit()}
-    alone = not (_at(i - 1, columns)[-1:].isalpha() or _at(i + 1, columns)[:1].isalpha())
+    alone = not (at(i - 1, columns)[-1:].isalpha() or at(i + 1, columns)[:1].isalpha())
     return alone and bool(values) and min(values) in (0, 1) and values == set(range(min(values), max(values) + 1))
 
 
@@ -199,13 +194,13 @@ def _maybe_bends(columns: Columns) -> list[int]:
     """Return the places of numbers, the same in all names, behind a word that may call a bend in any language (``bocht30``), the largest first."""
     found = []
     for i, values in enumerate(columns):
-        digits, touching = values[0].partition(".")[0], _at(i - 1, columns)[-1:]
-        if len(set(values)) > 1 or not digits.isdigit() or not touching.isalpha() or _before(i, columns) in _NO_BEND:
+        digits, touching = values[0].partition(".")[0], at(i - 1, columns)[-1:]
+        if len(set(values)) > 1 or not digits.isdigit() or not touching.isalpha() or before(i, columns) in _NO_BEND:
             continue
         # 07 counts, 5N and 2Hz have a unit of their own, 0p2 goes on from a number
         counts = len(digits) > _BEND_DIGITS or (len(digits) > 1 and float(digits) < 10)
-        own_unit = _at(i + 1, columns)[:1].isascii() and _at(i + 1, columns)[:1].isalpha()
-        goes_on = _before(i, columns) in _DECIMAL and _at(i - 2, columns)[-1:].isdigit()
+        own_unit = at(i + 1, columns)[:1].isascii() and at(i + 1, columns)[:1].isalpha()
+        goes_on = before(i, columns) in _DECIMAL and at(i - 2, columns)[-1:].isdigit()
         if not (counts or own_unit or goes_on):
             found.append(i)
     return sorted(found, key=lambda i: -float(columns[i][0]))
@@ -235,137 +230,98 @@ def _kind(part: str) -> str:
 
 def _label(i: int, values: tuple[str, ...], columns: Columns) -> str | None:
     """Return the label that a part of the names gives, an empty text for none, None if it is not known."""
-    before = _before(i, columns)
-    after = _at(i + 1, columns)
+    front = before(i, columns)
+    after = at(i + 1, columns)
     if not values[0][0].isalnum():
         return ""
     if values[0][0].isalpha():
         if set(values) <= _LOCATIONS:
             return "location"
-        if _systems(set(map(str.lower, values))):
+        if names_systems(set(map(str.lower, values))):
             return "system"
         if {v.lower() for v in values} <= _MOTIONS:
             return "trajectory"
         return "" if len(set(values)) == 1 else None
-    if before in LEAD:
+    if front in LEAD:
         return "lead_mm"
-    if before in _BEND and not _unit_of_other(i, columns):
+    if front in _BEND and not _unit_of_other(i, columns):
         return "config_id"
     if after == "mm":
         return "lead_mm"
-    if (after in _BEND and not _speed(i + 1, columns)) or before.upper() in _LOCATIONS:
+    if (after in _BEND and not _speed(i + 1, columns)) or front.upper() in _LOCATIONS:
         return "config_id"
     # dates and times of day, and numbers that count recordings
-    if before in _TRIAL or all(len(v) in (6, 8, 14) for v in values):
+    if front in TRIAL or all(len(v) in (6, 8, 14) for v in values):
         return ""
     return None if len(set(values)) > 1 else ""
 
 
 def _unit_of_other(i: int, columns: Columns) -> bool:
     """Return whether the word in front of a number is the unit of another one (``30deg_2``)."""
-    word = i - 1 if _at(i - 1, columns)[:1].isalnum() else i - 2
-    return _at(word, columns) in _ANGLE_UNITS and _at(word - 1, columns)[:1].isdigit()
-
-
-def _systems(found: set[str]) -> bool:
-    """Return whether words of file names tell the system: a long one may be what the test is about, unless the other system's stands there as well."""
-    return found <= set(SYSTEM_OF) and (found <= set(SYSTEM_OF.values()) or len(set(map(known_system, found))) > 1)
-
-
-def _at(i: int, columns: Columns) -> str:
-    """Return a part of the first name in small letters without accents, an empty text behind its end."""
-    part = columns[i][0].lower() if 0 <= i < len(columns) else ""
-    if not re.match(f"[{_LETTERS}]", part):
-        return part
-    return "".join(c for c in unicodedata.normalize("NFKD", part) if not unicodedata.combining(c))
-
-
-def _before(i: int, columns: Columns) -> str:
-    """Return the part in front of another, over what separates them."""
-    part = _at(i - 1, columns)
-    # letters of other scripts stand between parts, among what separates them
-    if others := re.findall(r"[^\W\d_]+", "" if part.isascii() else part):
-        return str(others[-1])
-    return _at(i - 2, columns) if part and not part[0].isalnum() and i > 1 else part
+    word = i - 1 if at(i - 1, columns)[:1].isalnum() else i - 2
+    return at(word, columns) in _ANGLE_UNITS and at(word - 1, columns)[:1].isdigit()
 
 
 def _speed(i: int, columns: Columns) -> bool:
     """Return whether the unit at a place goes on as that of a speed: deg_per_s, deg_s."""
-    following = [p for p in (_at(k, columns) for k in range(i + 1, i + 5)) if p and p[0].isalnum()]
+    following = [p for p in (at(k, columns) for k in range(i + 1, i + 5)) if p and p[0].isalnum()]
     # s1 is the first subject, or sample
     return following[:1] in (["per"], ["sec"]) or (following[:1] == ["s"] and not any(p[0].isdigit() for p in following[1:2]))
-
-
-def _no_system(i: int, columns: Columns) -> bool:
-    """Return whether act and sstl in a name need not be its system: both stand there, or act beside what is desired or measured."""
-    others = {part.lower() for k, values in enumerate(columns) if k != i for part in values}
-    if others & set(SYSTEM_OF):
-        return True
-    # ActForce, written together, is the actual force
-    return {part.lower() for part in columns[i]} == {"act"} and bool(others & _ACTUAL - _TRIAL or _at(i + 1, columns) in QUANTITY_OF)
 
 
 def _denial(i: int, columns: Columns) -> str:
     """Return the word beside a label of letters that says that it does not hold (``no_sstl``, ``sstl_off``) in one of the names, '' where none does."""
     if not columns[i][0][0].isalpha():
         return ""
-    for place, known in ((_next_word(i, -1, columns), _DENIES), (_next_word(i, 1, columns), _DENIES_BEHIND)):
+    for place, known in ((next_word(i, -1, columns), _DENIES), (next_word(i, 1, columns), _DENIES_BEHIND)):
         if place is not None and (found := sorted(known & {v.lower() for v in columns[place]})):
             return found[0]
     return ""
 
 
-def _next_word(i: int, step: int, columns: Columns) -> int | None:
-    """Return the place of the part beside another, over what separates them, None at the end of the name."""
-    k = i + step
-    if 0 <= k < len(columns) and not columns[k][0][0].isalnum():
-        k += step
-    return k if 0 <= k < len(columns) else None
-
-
 def _doubt(i: int, label: str, columns: Columns) -> str:
     """Return the question that a labelled part of the names leaves, an empty text where it is sure."""
-    part, direct, before = columns[i][0], _at(i - 1, columns), _before(i, columns)
+    part, direct, front = columns[i][0], at(i - 1, columns), before(i, columns)
     if denial := _denial(i, columns):
         return f"'{denial}' stands beside '{part}': does it hold here?"
-    if label == "lead_mm" and before not in LEAD:
+    if label == "lead_mm" and front not in LEAD:
         return f"is {part} mm the lead of a screw, and not a diameter or a length?"
     if label not in ("config_id", "lead_mm"):
         return ""
     if more := _goes_on(i, columns, label):
         return f"is {part}{more} one number?"
-    separators = {p for p in (_at(k, columns) for k in range(len(columns)) if k != i - 1) if p and not p[0].isalnum()}
+    separators = {p for p in (at(k, columns) for k in range(len(columns)) if k != i - 1) if p and not p[0].isalnum()}
     if direct == "-" and separators != {"-"}:
         return f"is the - before {part} its sign, or does it separate?"
     if label == "lead_mm":
         unit = _unit_behind(i, columns)
         return f"is {part}{unit} in mm?" if unit else ""
-    if before == "r":
+    if front == "r":
         return f"is r{part} the bend by its radius, or a repeat?"
-    if before.upper() in _LOCATIONS and not _plainly_bend(i, columns):
-        return f"does {part} beside {before.upper()} tell the bending configuration, or does it count runs or tell something else?"
+    if front.upper() in _LOCATIONS and not _plainly_bend(i, columns):
+        return f"does {part} beside {front.upper()} tell the bending configuration, or does it count runs or tell something else?"
     # 30deg_s1 is the first subject or sample
     if (
-        _at(i + 1, columns) in _BEND
-        and _next_words(i + 1, columns)[:1] == ["s"]
+        at(i + 1, columns) in _BEND
+        and next_words(i + 1, columns)[:1] == ["s"]
         and not re.search(r"s\d", "".join(c[0] for c in columns[i + 1 : i + 5]).lower())
     ):
-        return f"is {part} {_at(i + 1, columns)} the bend, or a speed per s?"
-    known = _BEND | set(SYSTEM_OF) | _TRIAL | _MOTIONS | {p.lower() for p in _LOCATIONS}
-    if before in _TURNS or (direct[:1].isalpha() and direct not in known):
-        return f"is {part} the bend, or the {before} of something else?"
+        return f"is {part} {at(i + 1, columns)} the bend, or a speed per s?"
+    known = _BEND | set(SYSTEM_OF) | TRIAL | _MOTIONS | {p.lower() for p in _LOCATIONS}
+    if front in _TURNS or (direct[:1].isalpha() and direct not in known):
+        return f"is {part} the bend, or the {front} of something else?"
     return ""
 
 
 def _plainly_bend(i: int, columns: Columns) -> bool:
     """Return whether a number beside a location tells its bend: a word says so, or runs are counted elsewhere in the name and no letter touches it."""
-    counted = any(columns[k][0].isdigit() and _before(k, columns) in _TRIAL for k in range(len(columns)) if k != i)
-    return _at(i + 1, columns) in _BEND or (counted and not _at(i + 1, columns)[:1].isalpha())
+    counted = any(columns[k][0].isdigit() and before(k, columns) in TRIAL for k in range(len(columns)) if k != i)
+    return at(i + 1, columns) in _BEND or (counted and not at(i + 1, columns)[:1].isalpha())
 
 
 def _goes_on(i: int, columns: Columns, label: str) -> str:
     """Return what may be the decimals of a number behind it (3p5, 3,5, and of a lead 2-5 and 2_5), an empty text where nothing may."""
-    mark, digits, behind = (_at(i + k, columns) for k in (1, 2, 3))
+    mark, digits, behind = (at(i + k, columns) for k in (1, 2, 3))
     if not digits[:1].isdigit():
         return ""
     # NP_lead10_20240502 and lead10_30deg go on with another number
@@ -376,11 +332,6 @@ def _goes_on(i: int, columns: Columns, label: str) -> str:
 def _unit_behind(i: int, columns: Columns) -> str:
     """Return the letters right behind a lead that are neither mm nor a word of the name's own, and inch or cm behind a separator, else an empty text."""
     direct = {v.lower() for v in columns[i + 1]} if i + 1 < len(columns) and columns[i + 1][0][0].isalpha() else set()
-    own = set(SYSTEM_OF) | _TRIAL | _MOTIONS | {p.lower() for p in _LOCATIONS} | {"mm"}
-    odd = direct - own or set(_next_words(i, columns)[:1]) & _LENGTHS
+    own = set(SYSTEM_OF) | TRIAL | _MOTIONS | {p.lower() for p in _LOCATIONS} | {"mm"}
+    odd = direct - own or set(next_words(i, columns)[:1]) & _LENGTHS
     return min(odd, default="")
-
-
-def _next_words(i: int, columns: Columns) -> list[str]:
-    """Return the parts of the first name behind a place, without what separates them."""
-    return [p for p in (_at(k, columns) for k in range(i + 1, len(columns))) if p[0].isalnum()]

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
-from sstl_cli.importers.guess_clocks import Clocks, trimmed, with_own_clocks
+from sstl_cli.importers.guess_clocks import Clocks, with_own_clocks
 from sstl_cli.importers.guess_labels import LabelColumn, label_columns, label_names, rows_of_first, runs_in
 from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, with_marks
-from sstl_cli.importers.guess_names import Said, contradicted, said
+from sstl_cli.importers.guess_names import Said, contradicted, said, time_unit
 from sstl_cli.importers.guess_rates import named_rate, rate_held
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
-from sstl_cli.importers.guess_time import TimeGuess, guess_time, runs_forward
+from sstl_cli.importers.guess_time import TimeGuess, even, guess_time, runs_forward, trimmed
 from sstl_cli.importers.guess_words import QUANTITY_OF, words
 from sstl_cli.importers.text import OR_ELSEWHERE, WITHOUT_ARROW, WITHOUT_UNITS, arrow_in, grouped_in, united_in
 from sstl_cli.importers.text_cells import WITHOUT_MARKS
@@ -199,15 +199,16 @@ def _too_few(chosen: Format, path: Path, found: list[Channel]) -> SstlError:
 
 
 def _clock_if_forward(one: Said, values: Array | None) -> Said:
-    """Return ``t_in``, or what is named as time and force, as a clock where it runs forward, and as the tension it may also be where it does not."""
-    if values is None or one.quantity == "time":
+    """Return ``t_in``, ``tick_ms``, or what is named as time and force, as a clock where it runs forward, and as what it may also be where it does not."""
+    if values is None or one.quantity not in ("", "force") or one.unit or one.strange or not runs_forward(values := trimmed(values)):
         return one
-    short = one.words[:1] == ("t",) or re.fullmatch(r"t_?(?:in|out)", one.name, re.IGNORECASE)
+    short = one.words[:1] in (("t",), ("ts",)) or re.fullmatch(r"t_?(?:in|out)", one.name, re.IGNORECASE)
     # "Time - Load Cell Motor" is the clock of that load cell
     named = one.quantity == "force" and any(QUANTITY_OF.get(w) == "time" and len(w) > 1 for w in one.words)
-    if not (named or (short and not one.unit and one.side)) or one.dimension == "force":
-        return one
-    return replace(one, quantity="time") if runs_forward(values) else one
+    unit = time_unit(one.name)
+    if named or (short and one.side) or (unit and even(values) and (short or not one.quantity)):
+        return replace(one, quantity="time", unit=unit)
+    return one
 
 
 def moves(values: Array) -> bool:

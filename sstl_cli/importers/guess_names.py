@@ -39,6 +39,10 @@ _SCALED = re.compile(rf"{_NUMBER}\s*([^\W\d_]+)|([^\W\d_]+)\s*{_NUMBER}")
 _SHORT = re.compile(r"(?:f|t|ft|force|tension|load|tau)(in|out|prox|dist|tip|mot|ref|cmd|des|soll|ein|aus)")
 _FORCE_TAIL = re.compile(r"(?<=[^\W_])[_ \-.](N|mN|kN|uN|lbf|kgf|gf|ozf)$")
 _ORDER = tuple(QUANTITY)
+# hours and minutes are no unit of a column of ticks: q_min is the least q
+_STEPS = ("s", "ms", "us", "ns", "MS", "US", "NS")
+# they stand for no number of order, as the second does
+_TICKS = ("millis", "micros", "nanos", "msec", "msecs", "usec", "usecs", "nsec", "nsecs")
 _SAFE_TAIL = {
     "force": ("N", "mN", "kN", "uN", "kgf", "gf", "lbf", "ozf", "kg", "g", "lb", "lbs", "V", "mV", "n", "kn", "mn"),
     "time": ("s", "ms", "us", "ns", "S", "MS", "US", "NS", "min", "Min", "h"),
@@ -122,6 +126,9 @@ def said(name: str, stated: str = "") -> Said:
     for found in _BRACKETS.finditer(name):
         inside = found[1].strip()
         known, odd = _unit(inside)
+        if inside in ("C", "K", "F") and re.match("t(?![a-z])", name, re.IGNORECASE):
+            # T_motor (C): a temperature
+            known, odd = "", f"deg{inside}"
         if (known or odd) and not (unit or strange):
             unit, strange = known, odd
         if known or odd:
@@ -145,9 +152,24 @@ def said(name: str, stated: str = "") -> Said:
         unit, strange = _tail(plain, words, quantity)
         if unit in ("counts", "V", "mV") or not quantity:
             quantity = quantity or {"time": "time", "force": "force"}.get(unit_of(unit)[0] if unit else "", "")
+    if quantity == "force" and unit and unit_of(unit)[0] == "time":
+        # t_motor (ms)
+        quantity = "time"
     if not quantity and unit:
         quantity = {"force": "force", "time": "time", "length": "position", "angle": "angle"}.get(unit_of(unit)[0], "")
     return Said(name, words, quantity, side, reference, unit, strange)
+
+
+def time_unit(name: str) -> str:
+    """Return the unit of time that a name ends in behind another word, an empty text where it ends in none.
+
+    Examples
+    --------
+    >>> [time_unit(n) for n in ("tick2_ms", "t_plc_s", "F_in", "ms")]
+    ['ms', 's', '', '']
+    """
+    parts = re.split(r"[\s_\-.]+", _plain(name).strip())
+    return parts[-1].lower() if len(parts) > 1 and parts[-1] in _STEPS else ""
 
 
 def contradicted(one: Said, own: Said) -> str:
@@ -255,6 +277,9 @@ def _tail(plain: str, words: tuple[str, ...], quantity: str) -> tuple[str, str]:
         return "", ""
     if last.lower() in UNIT_WORDS:
         return UNIT_WORDS[last.lower()], ""
+    if quantity == "time" and (ticks := [UNIT_WORDS[w] for w in words if w in _TICKS]):
+        # millis_A
+        return ticks[0], ""
     if last.lower() in ("percent", "pct", "prozent") or last.endswith("%"):
         return "", last
     if len(words) > 1 and last in _SAFE_TAIL.get(quantity, ()):

@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 # of the largest correlation, how much tells as little, and how much more the side that pulls moves
 ALIKE, LARGER = 0.9, 1.1
 SIDES = {"tension_in_n": "in", "tension_out_n": "out"}
+OTHER = {"in": "tension_out_n", "out": "tension_in_n"}
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,9 @@ def _of_tensions(tensions: list[Said], names: list[Said], data: dict[str, Array]
         if sided[side] and not plain:
             return _only(sided[side], side)
         if sided[side] and plain:
-            return _several(sided["in"] or plain, sided["out"] or plain)
+            found = _several(sided["in"] or plain, sided["out"] or plain)
+            ask = "; ".join(filter(None, (_other_side(sided[side], plain[0], side), found.of(OTHER[side])[1])))
+            return replace(found, ask_second=ask) if side == "in" else replace(found, ask_first=ask)
     if len(plain) == 1:
         if other := _beside(names):
             return _named_side(plain[0], other)
@@ -113,11 +116,17 @@ def _named_side(tension: Said, other: Said) -> Roles:
     return Roles((tension,), (other,), mine, its, reasons) if other.side == "out" else Roles((other,), (tension,), its, mine, reasons)
 
 
-def _by_exclusion(known: Said, other: Said, side: str) -> Roles:
-    question = f"'{known.name}' is the other side: is this the {'output' if side == 'in' else 'input'}?"
+def _other_side(known: list[Said], other: Said, side: str) -> str:
+    """Return the question whether a tension of no side is what those of a side are not."""
     if side == "out" and re.search(r"\sin\s", other.name):
         # "Force in N" beside "Force out N": the unit's word or the side's, it is the input
-        question = ""
+        return ""
+    shown = ", ".join(repr(s.name) for s in known)
+    return f"{shown} {'is' if len(known) == 1 else 'are'} the other side: is this the {'output' if side == 'in' else 'input'}?"
+
+
+def _by_exclusion(known: Said, other: Said, side: str) -> Roles:
+    question = _other_side([known], other, side)
     reasons = (f"'{known.name}' is the {side}put by its name, '{other.name}' is the only other tension",)
     if side == "in":
         return Roles((known,), (other,), "", question, reasons)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,11 +70,13 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
     stated : Stated, optional
         The sampling period that one of these tells, or the header.
     """
+    # a clock may run for fewer rows than the others
+    data = {n: trimmed(v) for n, v in data.items()}
     # a counter that begins anew is a clock all the same
     wraps = {s.name: w for s in names if s.name in data and (w := wrapped(data[s.name])) is not None}
     data = {**data, **{name: values for name, (values, _) in wraps.items()}}
     forward = [s for s in names if s.name in data and runs_forward(data[s.name])]
-    counters = [s for s in forward if s.quantity == "index" or (s.quantity != "time" and _counts(data[s.name]))]
+    counters = [s for s in forward if s.quantity == "index" or (s.quantity != "time" and counts(data[s.name]))]
     clocks = [s for s in forward if s not in counters and (s.quantity == "time" or not (s.quantity or s.side))]
     named = [s for s in clocks if s.quantity == "time" or s.dimension == "time"]
     if any(not s.side for s in named):
@@ -92,13 +94,6 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
         told = _ms_or_s(data[best.name], names, data, stated)
         if (parts := _in_parts(best, names, data)) is not None:
             return _by_rate(parts, reasons)
-        sides = {s.side for s in named if s.side}
-        if len(sides) == 2:
-            found = _of(best, data[best.name], reasons, told, stated)
-            other = "out" if best.side == "in" else "in"
-            clock = next((s.name for s in named if s.side == other), "...")
-            ask = f"each side has its own clock: add time = {json.dumps(clock, ensure_ascii=False)} to tension_{other}_n"
-            return replace(found, line=found.line.partition(MARK)[0] + MARK + ask)
         if (finer := _rounded(best, names, data)) is not None:
             return _by_rate(finer, reasons)
         if len(named) > 1:
@@ -106,10 +101,10 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
             reasons.append(f"time_s: '{best.name}' of several clocks ({others} too)")
         return _of(best, data[best.name], reasons, told, stated)
     # a signal that is switched runs forward where it is switched once
-    even = [s for s in clocks if _even(data[s.name]) and _repeats(data[s.name]) <= SWITCHED]
-    if even:
-        told = _ms_or_s(data[even[0].name], names, data, stated)
-        return _of(even[0], data[even[0].name], reasons, told, stated, sure=_named_epoch(even[0], data[even[0].name]))
+    steady = [s for s in clocks if even(data[s.name]) and _repeats(data[s.name]) <= SWITCHED]
+    if steady:
+        told = _ms_or_s(data[steady[0].name], names, data, stated)
+        return _of(steady[0], data[steady[0].name], reasons, told, stated, sure=_named_epoch(steady[0], data[steady[0].name]))
     hint = f" ('{texts[0]}' holds text)" if texts else ""
     if stated is not None:
         return _by_rate(stated, reasons)
@@ -192,8 +187,8 @@ def _unit(best: Said, values: Array, told: str) -> tuple[str, float, str, str]:
     if _logged(steps, step):
         return "s", 1.0, "", f"unit s from its usual step of {step:g}"
     unit = "us" if step >= 500 else "ms" if step >= 1 else "s"
-    counts = " or does it count samples (then rate_hz)?" if _counts(values) else ""
-    return unit, 1.0, f"no unit is stated: {unit} fits steps of {step:g};{counts or ' right?'}", f"step {step:g}"
+    samples = " or does it count samples (then rate_hz)?" if counts(values) else ""
+    return unit, 1.0, f"no unit is stated: {unit} fits steps of {step:g};{samples or ' right?'}", f"step {step:g}"
 
 
 def _ms_or_s(values: Array, names: list[Said], data: dict[str, Array], stated: Stated | None) -> str:
@@ -302,6 +297,12 @@ def _time_of_day(values: Array) -> bool:
     return bool(low <= values[0] and values[-1] < high and seconds.max() < MINUTE and minutes.max() < MINUTE)
 
 
+def trimmed(values: Array) -> Array:
+    """Return readings without the empty cells at the end of a column that is shorter than others."""
+    good = np.flatnonzero(np.isfinite(values))
+    return values[: good[-1] + 1] if len(good) else values[:0]
+
+
 def runs_forward(values: Array) -> bool:
     """Return whether values go forward in nearly all steps, as time does."""
     if len(values) < 3 or not np.isfinite(values).all():
@@ -329,8 +330,8 @@ def wrapped(values: Array) -> tuple[Array, str] | None:
     return None
 
 
-def _counts(values: Array) -> bool:
-    """Whether the values go up by one each sample."""
+def counts(values: Array) -> bool:
+    """Return whether values go up by one each sample."""
     return bool(np.mean(np.diff(values) == 1.0) > FORWARD)
 
 
@@ -342,7 +343,8 @@ def _repeats(values: Array) -> float:
     return float(np.mean(np.diff(values) == 0))
 
 
-def _even(values: Array) -> bool:
+def even(values: Array) -> bool:
+    """Return whether most of the steps forward are alike, as those of a clock."""
     steps = np.diff(values)
     steps = steps[steps > 0]
     middle = float(np.median(steps)) if len(steps) else 0.0

@@ -180,7 +180,7 @@ DIMENSIONS = words(
     "diametro raggio spessore larghezza radio grosor espesor ancho"
 )
 # units of something else, which no sensor's gain turns into a tension
-ELSE = words("a ma mw nm ncm nmm mnm knm degc degf celsius rpm hz")
+ELSE = words("a ma mw nm ncm nmm mnm knm degc degf degk celsius rpm hz")
 # units that are no force, and that no factor known here turns into one
 STRANGE = ELSE | words("% percent pct prozent fs mv/v au arb norm pu")
 # of Chinese, Japanese and Korean, which write no blanks: the longest first

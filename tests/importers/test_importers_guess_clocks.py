@@ -104,3 +104,51 @@ def test_clocks_that_begin_anew_with_each_run_are_compared_within_the_first(tmp_
     path = tmp_path / "act.csv"
     path.write_text("Trial No,Zeit 1 [s],Kraft Motor [N],Zeit 2 [s],Kraft Spitze [N]\n" + "\n".join(lines) + "\n")
     assert columns(guess([path]))["tension_out_n"]["time"] == "Zeit 2 [s]"
+
+
+NAMED_SO = [
+    ("t_motor_ms,F_in_N,t_sensor_ms,F_out_N", 1e3, "ms"),
+    ("stamp_motor,F_in_N,stamp_loadcell,F_out_N", 1.0, "s"),
+    ("timestamp_motor_ms,F_in_N,timestamp_loadcell_ms,F_out_N", 1e3, "ms"),
+    ("t_prox [s],F_prox [N],t_dist [s],F_dist [N]", 1.0, "s"),
+    ("tick_us,F_in_N,tick2_us,F_out_N", 1e6, "us"),
+    ("t_plc_s,F_in_N,t_daq_s,F_out_N", 1.0, "s"),
+    (",time_in,F_in_N,time_out,F_out_N", 1.0, "s"),
+]
+
+
+@pytest.mark.parametrize(("head", "per_s", "unit"), NAMED_SO)
+def test_a_second_clock_of_any_name_that_ends_early_is_the_outputs(head: str, per_s: float, unit: str, tmp_path: Path) -> None:
+    rows = [f"{0.01 * i * per_s},{fin(0.01 * i)}," + (f"{0.0125 * i * per_s},{fout(0.0125 * i)}" if i < 320 else ",") for i in range(N)]
+    path = tmp_path / "act.csv"
+    numbered = [f"{i},{row}" for i, row in enumerate(rows)] if head.startswith(",") else rows
+    path.write_text(head + "\n" + "\n".join(numbered) + "\n")
+    found = guess([path])
+    first, second = head.strip(",").split(",")[::2]
+    assert columns(found)["time_s"] == {"column": first, "unit": unit}
+    assert columns(found)["tension_out_n"]["time"] == second and columns(found)["tension_out_n"]["time_unit"] == unit
+    assert found.questions == []
+
+
+@pytest.mark.parametrize("head", ["t_motor_ms,t_tip_ms,F_in_N,F_out_N", "t_tip_ms,t_motor_ms,F_in_N,F_out_N"])
+def test_clocks_of_sides_that_stand_together_are_of_their_sides(head: str, tmp_path: Path) -> None:
+    found = table(tmp_path, head, lambda i: 10.0 * i, lambda i: 12.5 * i, "TTII")
+    assert columns(found)["time_s"]["column"] == "t_motor_ms" and columns(found)["tension_out_n"]["time"] == "t_tip_ms"
+
+
+def test_a_clock_as_fast_from_another_zero_is_asked(tmp_path: Path) -> None:
+    found = table(tmp_path, "t_motor_ms,F_in_N,t_sensor_ms,F_out_N", lambda i: 5000.0 + 10.0 * i, lambda i: 183.0 + 10.0 * i)
+    [question] = found.questions
+    assert question.target == "tension_out_n" and "'t_motor_ms' runs as fast from another zero" in question.text
+
+
+def test_a_column_that_says_nothing_and_runs_off_the_clocks_line_is_asked(tmp_path: Path) -> None:
+    found = table(tmp_path, "Time (s),aux,Fin (N),Fout (N)", lambda i: 0.01 * i, lambda i: 3.0 * i + 0.002 * i * i, "TTII")
+    assert "'aux' is another clock: whose?" in found.questions[0].text
+    straight = table(tmp_path, "Time (s),aux,Fin (N),Fout (N)", lambda i: 0.01 * i, lambda i: 3.7 * i, "TTII")
+    assert straight.questions == []
+
+
+def test_a_temperature_of_a_motor_that_warms_is_no_clock(tmp_path: Path) -> None:
+    found = table(tmp_path, "Time (s),T_motor (C),Fin (N),Fout (N)", lambda i: 0.01 * i, lambda i: 20.0 + i * 0.003, "TTII")
+    assert found.questions == [] and "T_motor" not in found.toml

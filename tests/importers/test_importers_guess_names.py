@@ -235,3 +235,41 @@ def test_the_bend_of_one_file_is_written(tmp_path: Path) -> None:
     files = written(tmp_path, ["曲げ30_act", "曲げ30_sstl"])
     (tmp_path / "rig.toml").write_text(guess(files[:1]).toml, encoding="utf-8")
     assert [(r.system, r.config_id) for r in run(files, read_mapping(tmp_path / "rig.toml")).runs] == [("act", "30"), ("sstl", "30")]
+
+
+@pytest.mark.parametrize(
+    "stem",
+    [
+        "loop_act_motor",
+        "double_pass_bend20_act",
+        "doublepass_act_tendon",
+        "two-pass_act_run1",
+        "act_2pass_1",
+        "act_roundtrip_3",
+        "single_pass_sstl_rig_1",
+        "SSTL_rig_single_bend20",
+        "20240514_act1_sensor2",
+        "actLoopBend30",
+        "hin_rueck_schleife_act",
+    ],
+)
+def test_a_system_beside_words_for_the_other_is_asked(stem: str, tmp_path: Path) -> None:
+    found = guess(written(tmp_path, [stem]))
+    assert "system" in {q.target for q in found.questions} and "(?P<system>" not in found.toml
+
+
+@pytest.mark.parametrize(
+    "stems",
+    [
+        ["single_pass_act_bend20"],
+        ["sstl_loop_bend20", "sstl_loop_bend40"],
+        ["act_1"],
+        ["act_one_bend20"],
+        ["sstl2_bend20"],
+        # what differs between the names tells them apart
+        ["loop_rig_act_bend20", "loop_rig_sstl_bend20"],
+    ],
+)
+def test_words_for_the_same_system_and_numbers_apart_are_no_question(stems: list[str], tmp_path: Path) -> None:
+    assert "system" in name_pattern(stems).labels
+    assert "system" not in {q.target for q in guess(written(tmp_path, stems)).questions}

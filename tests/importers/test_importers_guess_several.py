@@ -68,3 +68,32 @@ def test_axes_of_one_sensor_a_side_are_asked(names: tuple[str, str], tmp_path: P
     [one] = run(files, answered(found.toml.replace("(?)", ""), tmp_path)).runs
     np.testing.assert_allclose((one.tension_in_n, one.tension_out_n), (X, Y), atol=1e-5)
     assert len(one) == N
+
+
+@pytest.mark.parametrize(
+    ("names", "head", "asked"),
+    [
+        (("tension_in.csv", "tension_out.csv"), "timestamp,data\n", False),
+        (("LC_in_act_run1.txt", "LC_out_act_run1.txt"), "", False),
+        (("rig_motor.csv", "rig_tip.csv"), "Time (s),value\n", True),
+    ],
+)
+def test_one_channel_without_a_name_is_that_of_the_side_in_the_files_name(
+    names: tuple[str, str], head: str, asked: bool, tmp_path: Path
+) -> None:
+    """A file with an unnamed channel was said to hold no tension, and the side in its name was taken for a bend."""
+    files = [tmp_path / n for n in names]
+    for path, values in zip(files, (X, Y), strict=True):
+        path.write_text(head + rows(T, values).replace(",", "," if path.suffix == ".csv" else "\t"))
+    found = guess(files)
+    assert 'merge = "channels"' in found.toml and "config_id" not in found.toml
+    assert any("is this a tension?" in q.text for q in found.questions) is asked
+    [one] = run(files, answered(found.toml.replace("(?)", ""), tmp_path)).runs
+    np.testing.assert_allclose((one.tension_in_n, one.tension_out_n), (X, Y), atol=1e-5)
+
+
+def test_one_channel_that_is_no_tension_makes_no_pair(tmp_path: Path) -> None:
+    files = [tmp_path / "rig_in.csv", tmp_path / "rig_out.csv"]
+    for path in files:
+        path.write_text("Time (s),Winkel (deg)\n" + rows(T, X))
+    assert "merge" not in guess(files).toml

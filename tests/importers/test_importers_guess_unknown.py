@@ -133,3 +133,18 @@ def test_arrays_of_other_lengths_are_none_of_one_recording(tmp_path: Path) -> No
         np.save(path, values)
     with pytest.raises(SstlError, match="E333"):
         guess(files)
+
+
+@pytest.mark.parametrize(
+    ("head", "plain"),
+    [
+        ("Output 1 (N),Output 2 (N),Force (N)", "tension_in_n"),
+        ("Distal 1 (N),Distal 2 (N),Total force (N)", "tension_in_n"),
+        ("In1 (N),In2 (N),Force (N)", "tension_out_n"),
+    ],
+)
+def test_a_plain_tension_beside_two_of_one_side_is_asked(head: str, plain: str, tmp_path: Path) -> None:
+    path = tmp_path / "act.csv"
+    path.write_text(f"Time (s),{head}\n" + rows(T, X, 0.9 * X, Y))
+    asked = {q.target: q.text for q in guess([path]).questions}
+    assert "are the other side: is this the" in asked[plain] and set(asked) == {"tension_in_n", "tension_out_n"}
