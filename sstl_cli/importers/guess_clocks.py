@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.units import unit_of
 from sstl_cli.importers.guess_names import Said
-from sstl_cli.importers.guess_time import MARK, SAME_RATE, TimeGuess, counts, even, is_epoch, runs_forward, trimmed
+from sstl_cli.importers.guess_time import MARK, SAME_RATE, TimeGuess, counts, even, is_epoch, repeats, runs_forward, trimmed
 
 Array = NDArray[np.float64]
 # of a step, how far equal clocks may lie apart where they are written with other places
@@ -64,6 +64,8 @@ def with_own_clocks(
     if chosen is None:
         return Clocks(time)
     clocks = clocks if chosen in clocks else [chosen, *clocks]
+    # beside a clock of the whole, what is of a side and holds its value over most samples is a temperature
+    clocks = [s for s in clocks if chosen.side or not s.side or repeats(data[s.name]) <= 0.5]
     others = [s for s in clocks if s is not chosen]
     # a coarse copy of the clock, such as minutes with two places, is no other one
     fine = all((np.diff(trimmed(data[s.name])) > 0).all() for s in clocks)

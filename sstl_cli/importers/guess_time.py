@@ -81,15 +81,14 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
     named = [s for s in clocks if s.quantity == "time" or s.dimension == "time"]
     if any(not s.side for s in named):
         # beside a clock of the whole, what holds its value over most samples is a reading (a temperature)
-        named = [s for s in named if not (s.side and _repeats(data[s.name]) > 0.5)]
+        named = [s for s in named if not (s.side and repeats(data[s.name]) > 0.5)]
     reasons = [f"'{s.name}' counts samples and is no time" for s in counters]
     anew = "begins anew: an import begins another run there; unwrap it in the file to keep one"
     reasons += [f"'{s.name}' counts to {wraps[s.name][1]} and {anew}" for s in clocks if s.name in wraps]
     if named:
         # of several the one that tells samples apart; then the sender's own stamp; then the first of the file
         best = min(
-            named,
-            key=lambda s: (_goes_back(data[s.name]), _repeats(data[s.name]) > 0.5, "header" not in s.words, _repeats(data[s.name]) > 0),
+            named, key=lambda s: (_goes_back(data[s.name]), repeats(data[s.name]) > 0.5, "header" not in s.words, repeats(data[s.name]) > 0)
         )
         told = _ms_or_s(data[best.name], names, data, stated)
         if (parts := _in_parts(best, names, data)) is not None:
@@ -101,7 +100,7 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
             reasons.append(f"time_s: '{best.name}' of several clocks ({others} too)")
         return _of(best, data[best.name], reasons, told, stated)
     # a signal that is switched runs forward where it is switched once
-    steady = [s for s in clocks if even(data[s.name]) and _repeats(data[s.name]) <= SWITCHED]
+    steady = [s for s in clocks if even(data[s.name]) and repeats(data[s.name]) <= SWITCHED]
     if steady:
         told = _ms_or_s(data[steady[0].name], names, data, stated)
         return _of(steady[0], data[steady[0].name], reasons, told, stated, sure=_named_epoch(steady[0], data[steady[0].name]))
@@ -225,7 +224,7 @@ def _named_epoch(one: Said, values: Array) -> bool:
 def _in_parts(best: Said, names: list[Said], data: dict[str, Array]) -> Stated | None:
     """Return the step of a clock of whole seconds and of a column with the parts of a second, None where it is none."""
     seconds = data[best.name]
-    if _repeats(seconds) <= 0.5 or not np.all(seconds == np.round(seconds)):
+    if repeats(seconds) <= 0.5 or not np.all(seconds == np.round(seconds)):
         return None
     for one in names:
         scale = next((x for x, known in PARTS.items() if known.intersection(one.words)), 0.0)
@@ -247,7 +246,7 @@ def _rounded(best: Said, names: list[Said], data: dict[str, Array]) -> Stated | 
     clock = data[best.name]
     starts = np.flatnonzero(np.diff(clock) != 0) + 1
     counts = np.diff(starts)
-    if _repeats(clock) <= 0.5 or len(counts) < 3 or np.ptp(counts) > max(1.0, ROUNDED_SHARE * float(np.median(counts))):
+    if repeats(clock) <= 0.5 or len(counts) < 3 or np.ptp(counts) > max(1.0, ROUNDED_SHARE * float(np.median(counts))):
         return None
     same = np.diff(clock) == 0
     # rows that are written several times a tick hold the same readings
@@ -339,7 +338,8 @@ def _goes_back(values: Array) -> bool:
     return bool((np.diff(values) < 0).any())
 
 
-def _repeats(values: Array) -> float:
+def repeats(values: Array) -> float:
+    """Return the share of the steps in which values stay as they are."""
     return float(np.mean(np.diff(values) == 0))
 
 

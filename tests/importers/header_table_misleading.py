@@ -82,7 +82,8 @@ ODD = (
     Header(
         "a clock named after the load cell of each side",
         "Time - Load Cell Motor,Load Cell Motor (kgf),Time - Load Cell Tip,Load Cell Tip (kgf)\n" + rows(T, X / KGF, T + 0.001, Y / KGF),
-        ASK,
+        # the output gets the clock in front of it, time = "Time - Load Cell Tip"
+        ("Time - Load Cell Motor", "s"),
         ("Load Cell Motor (kgf)", "kgf"),
         ("Load Cell Tip (kgf)", "kgf"),
     ),
