@@ -210,3 +210,38 @@ def test_what_is_said_of_trials_is_what_their_rows_say() -> None:
     bends, promised, tracked = (1.0 - float(b) / float(a) for a, b in re.findall(r"([\d.]+) -> ([\d.]+)", first))
     assert 0.6 < bends < 0.7 and "falls by two thirds" in said and 0.7 < promised < 0.78 and "comes three quarters nearer" in said
     assert abs(tracked) < 0.01 and "what is tracked stays as it is" in said
+
+
+def beyond(title: str) -> dict[str, list[float]]:
+    """The numbers of each row of a printed table of what lies beyond the paper, by its first words (the last ones where a name comes again)."""
+    text = (ROOT / "docs/beyond.txt").read_text(encoding="utf-8")
+    body = text[text.index(title) :].split("---\n", 1)[1].split("\n\n")[0].splitlines()
+    rows = [re.fullmatch(r"(\S.*?)((?:\s+(?:[-\d.]+))+)", line) for line in body]
+    return {m[1]: [float(x) for x in m[2].split() if x != "-"] for m in rows if m}
+
+
+def test_what_is_said_beyond_the_paper_is_what_was_printed() -> None:
+    part = (ROOT / "docs/reproduction.md").read_text(encoding="utf-8").split("## Beyond the paper")[1]
+    said = {m[1]: [float(x) for x in re.findall(r"[\d.]+", m[2])] for m in re.finditer(r"^\| ([^|]+) \| (.*[\d.]+.*) \|$", part, re.M)}
+    names = {
+        "direct identification": "direct identification (distal sensor)", "the paper's pipeline": "the paper's pipeline",
+        "physics-informed mapping, lead": "+ loop-lag lead", "and exact inverse": "+ exact inverse at reversals",
+        "and presliding followed": "+ presliding followed (all means)",
+    }  # fmt: skip
+    turned = beyond("The reversal region")
+    for name, printed in names.items():
+        turn, *_, peak = (turned[printed][i] for i in (0, 1, 2))
+        assert said[name][0] == turn and said[name][2] == pytest.approx(peak, abs=0.051), name
+        assert said[name][3:5] == turned[printed][3:5] and said[name][5] == pytest.approx(turned[printed][5], abs=0.051)
+    plain = " ".join(part.split())
+    probes = beyond("A shorter probe: rig")
+    assert "0.306 against 0.294 N" in plain and probes["full stroke, faster"][-1] == 0.306
+    assert f"30 % of the stroke in 0.25 s does ({probes['30 % of the stroke, faster'][-1]:.3f} N)" in plain
+    dragged = beyond("A shorter probe: with drag, calibrated at two speeds")["full stroke, faster"][-1]
+    assert f"at two speeds, {dragged:.3f} against 0.286 N" in plain
+    assert f"by chance ({beyond('A shorter probe: with drag, calibrated at one speed')['full stroke, faster'][-1]:.3f} N)" in plain
+    tendons = beyond("Several tendons tracked at once")
+    assert said["a map each"][3:] == tendons["a map each, neighbours ignored"][-3:]
+    assert said["and slopes follow the neighbours' tension"][3:] == tendons["a map each, slopes follow the neighbours"][-3:]
+    sinusoid, random, *_ = beyond("An actively bending distal joint")["all means, joint inverted"]
+    assert f"backwards through the joint {sinusoid:g} and {random:g} N" in plain
