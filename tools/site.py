@@ -23,7 +23,7 @@ def gather(folder: Path) -> None:
     for path in sorted((ROOT / "docs").iterdir()):
         if path.suffix == ".md":
             (folder / path.name).write_text(inside(path.read_text(encoding="utf-8")), encoding="utf-8")
-        elif path.suffix in (".py", ".svg", ".ipynb"):
+        elif path.suffix in (".py", ".svg", ".ipynb", ".txt"):
             shutil.copy(path, folder / path.name)
     for name, copy in BESIDE.items():
         (folder / copy).write_text(inside((ROOT / name).read_text(encoding="utf-8")), encoding="utf-8")
