@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.units import unit_of
-from sstl_cli.importers.guess_names import Said
+from sstl_cli.importers.guess_names import Said, time_unit
 from sstl_cli.importers.guess_time import MARK, SAME_RATE, TimeGuess, counts, even, is_epoch, repeats, runs_forward, trimmed
 
 Array = NDArray[np.float64]
@@ -100,8 +100,9 @@ def _is_clock(one: Said, data: dict[str, Array]) -> bool:
 
 
 def _runs_beside(one: Said, chosen: Said, data: dict[str, Array]) -> bool:
-    """Return whether a channel whose name says nothing runs forward evenly, and off a straight line over the clock, as another clock does."""
-    if one.name not in data or one is chosen or one.quantity or one.strange or one.unit:
+    """Return whether a channel that no word calls a clock runs forward evenly as one does, and not as the clock itself does in some unit."""
+    told = one.strange or (one.unit and one.dimension != "time") or (one.quantity and not time_unit(one.name))
+    if one.name not in data or one is chosen or told:
         return False
     x, y = trimmed(data[chosen.name]), trimmed(data[one.name])
     if not runs_forward(y) or (np.diff(y) <= 0).any() or not even(y) or counts(y):
@@ -109,7 +110,14 @@ def _runs_beside(one: Said, chosen: Said, data: dict[str, Array]) -> bool:
     if len(x) != len(y):
         return True
     line = y[0] + (y[-1] - y[0]) * (x - x[0]) / (x[-1] - x[0])
-    return bool(np.max(np.abs(y - line)) > float(np.max(np.diff(y))))
+    if np.max(np.abs(y - line)) > float(np.max(np.diff(y))):
+        return True
+    factors = np.concatenate([FACTORS, 1.0 / FACTORS])
+    tick = float(np.median(np.diff(x)))
+    rates = np.abs(factors * (y[-1] - y[0]) / (x[-1] - x[0]) - 1.0)
+    factor = factors[int(np.argmin(rates))]
+    # elapsed and unix time tell the same row
+    return bool(rates.min() > SAME_STEP or (is_epoch(x) == is_epoch(y) and abs(x[0] - factor * y[0]) > tick))
 
 
 def _of_sides(names: Sequence[Said], clocks: list[Said]) -> dict[str, Said]:

@@ -145,10 +145,24 @@ def test_a_clock_as_fast_from_another_zero_is_asked(tmp_path: Path) -> None:
 def test_a_column_that_says_nothing_and_runs_off_the_clocks_line_is_asked(tmp_path: Path) -> None:
     found = table(tmp_path, "Time (s),aux,Fin (N),Fout (N)", lambda i: 0.01 * i, lambda i: 3.0 * i + 0.002 * i * i, "TTII")
     assert "'aux' is another clock: whose?" in found.questions[0].text
-    straight = table(tmp_path, "Time (s),aux,Fin (N),Fout (N)", lambda i: 0.01 * i, lambda i: 3.7 * i, "TTII")
+    straight = table(tmp_path, "Time (s),aux,Fin (N),Fout (N)", lambda i: 0.01 * i, lambda i: 10.0 * i, "TTII")
     assert straight.questions == []
 
 
 def test_a_temperature_of_a_motor_that_warms_is_no_clock(tmp_path: Path) -> None:
     found = table(tmp_path, "Time (s),T_motor (C),Fin (N),Fout (N)", lambda i: 0.01 * i, lambda i: 20.0 + i * 0.003, "TTII")
     assert found.questions == [] and "T_motor" not in found.toml
+
+
+@pytest.mark.parametrize("names", [("t1", "t2"), ("ts_ecu", "ts_daq"), ("clk_a", "clk_b"), ("rostime", "wall"), ("time_s", "recv")])
+@pytest.mark.parametrize("second", [lambda i: 0.0125 * i, lambda i: 0.41 + 0.01 * i])
+def test_a_clock_that_no_word_calls_one_is_asked_where_it_runs_otherwise(
+    names: tuple[str, str], second: Callable[[int], float], tmp_path: Path
+) -> None:
+    found = table(tmp_path, f"{names[0]},prox_N,{names[1]},dist_N", lambda i: 0.01 * i, second)
+    assert any(f"'{names[1]}' is another clock: whose?" in q.text for q in found.questions)
+
+
+def test_a_copy_of_the_clock_in_another_unit_is_none(tmp_path: Path) -> None:
+    found = table(tmp_path, "time_s,prox_N,aux,dist_N", lambda i: 0.01 * i, lambda i: 10.0 * i)
+    assert not any("another clock" in q.text for q in found.questions)
