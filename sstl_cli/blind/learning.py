@@ -242,7 +242,7 @@ def judged_by(found: Sequence[Example], others: Mapping[str, Weights]) -> Judged
     return [(e, probabilities(e.rows, others[e.simulator])) for e in found]
 
 
-def calibrated(judged: Judged, weights: Weights, drawn: Judged, more: Judged = (), least: float = 0.0) -> Weights:
+def calibrated(judged: Judged, weights: Weights, drawn: Judged, more: Judged = ()) -> Weights:
     """Return weights with thresholds and reliability from predictions of simulators that were left out.
 
     Parameters
@@ -252,11 +252,9 @@ def calibrated(judged: Judged, weights: Weights, drawn: Judged, more: Judged = (
         is wrong, counts over those, as a user meets them.
     more : sequence of (example, probabilities), optional
         Cases of another question that say as well by how much the laws of a family's members are off.
-    least : float
-        The share by which they are off at the least.
     """
     bare = replace(weights, quiet=_quiet(judged), cover=_cover(judged), reliability={})
-    bare = replace(bare, member={title: max(_member(set(members), [*judged, *more], bare), least) for title, members in FAMILIES.items()})
+    bare = replace(bare, member={title: _member(set(members), [*judged, *more], bare) for title, members in FAMILIES.items()})
     bare = replace(bare, commit=_threshold(drawn, bare))
     said = [(e, decided(e.rows, p, bare)) for e, p in drawn]
     return replace(bare, shows_d2=_shows(said), reliability=_by_status(said), temper=_temper(drawn))

@@ -17,7 +17,6 @@ from sstl_cli.core.documents.blind import BlindLearnDocument, LearnedRow
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import inputs_of
 from sstl_cli.core.rng import stream
-from sstl_cli.diagnosis.constants import USUAL_SHARE
 from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, decided
 from sstl_cli.diagnosis.weights import Weights
 
@@ -47,8 +46,7 @@ def run(paths: Sequence[Path], out: str, advance: Callable[[float], None] = lamb
         also, also_drawn, provenance = _lesson({p: facts[p] for p in changes})
         apart = learning.left_out(also, others)
         also_judged, also_all = learning.judged_by(also, apart), learning.judged_by(also_drawn, apart)
-        # libraries put a lag in by the laws that are fitted: by how much that of a rig is off no case of theirs says
-        known = learning.calibrated(also_judged, learning.learn(also, provenance, weights), also_all, judged, USUAL_SHARE)
+        known = learning.calibrated(also_judged, learning.learn(also, provenance, weights), also_all, judged)
         weights, also_rows = replace(weights, known=known), report(also_judged, also_all, known)
     advance(2)
     document = BlindLearnDocument(
