@@ -125,3 +125,13 @@ def test_a_jittering_clock_puts_no_reading_between_the_ends_of_the_range():
     # the lowest reading is as far along as the highest of the turn before
     known = r.tension_out_n > r.tension_out_n.min()
     np.testing.assert_allclose(folded(whole, ranges).tension_out_n[known], r.tension_out_n[known], atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", [6, 8, 10, 12, 13, 16, 17, 18])
+def test_noise_of_an_output_that_rests_and_is_held_does_not_overflow(seed):
+    rng = np.random.default_rng(seed)
+    n = rng.integers(100, 400)
+    # renewed 100 times a second, read 250 times
+    held = np.repeat(np.round(2.0 + 0.021 * rng.standard_normal(n), 2), np.tile([3, 2], n)[:n])
+    pull = 10.0 + 5.0 * np.sin(0.6 * np.pi * np.arange(len(held)) / 250.0 + rng.uniform(0.0, 6.0))
+    assert not turns(held, pull).any()

@@ -58,7 +58,8 @@ def _gone_over(values: Array, other: Array) -> tuple[NDArray[np.int64], Array] |
         return None
     # as far as it jumps, and as it goes on meanwhile: its lowest and highest reading are farther apart where a recorder has interpolated between two
     size = median(np.abs(step[over]) + _goes_on(step, over))
-    if size <= BEYOND * median(np.abs(step)):
+    # steps between readings that are held say nothing of how far a channel goes in one
+    if size <= BEYOND * median(np.abs(step[step != 0.0])):
         return None
     count = np.concatenate(([0], np.cumsum(-np.sign(step) * over))).astype(np.int64)
     count -= count.min()
