@@ -97,7 +97,7 @@ def guess(*files: str | PathLike[str], format: str | None = None) -> Guess:  # n
     ...     _ = file.write_text("\n".join(["t_ms,T_in,T_out", *rows]))
     ...     found = guess(file)
     >>> found.format, found.toml.splitlines()[0], len(found.questions)
-    ('text', '# Proposed by sstl import --guess. Complete every line that ends in a question and delete its mark.', 4)
+    ('text', '# Proposed by sstl import --guess. Complete every line that ends in a question and delete its mark.', 3)
     """
     paths = [Path(f) for f in files]
     for path in paths:

@@ -135,3 +135,11 @@ def test_noise_of_an_output_that_rests_and_is_held_does_not_overflow(seed):
     held = np.repeat(np.round(2.0 + 0.021 * rng.standard_normal(n), 2), np.tile([3, 2], n)[:n])
     pull = 10.0 + 5.0 * np.sin(0.6 * np.pi * np.arange(len(held)) / 250.0 + rng.uniform(0.0, 6.0))
     assert not turns(held, pull).any()
+
+
+def test_a_few_readings_far_off_between_others_do_not_overflow():
+    pull = 10.0 - 8.0 * np.cos(np.arange(1000) / 100.0)
+    spoilt = 0.6 * pull
+    for at in (150, 151, 420, 421, 700, 701):
+        spoilt[at] += 40.0
+    assert not turns(spoilt, pull).any()

@@ -71,20 +71,26 @@ def _gone_over(values: Array, other: Array) -> tuple[NDArray[np.int64], Array] |
     near = np.maximum(np.append(moved[1:], 0.0), np.insert(moved[:-1], 0, 0.0))
     smooth = moved[over] <= AS_BESIDE * near[over] + NOISES * noise_sd(whole)
     steady = quantile(np.abs(np.diff(other))[over], 0.9) < STEADY * float(np.ptp(other))
-    if not (smooth.all() and steady) or _far_off(values, step, over, noise_sd(whole)):
+    if not (smooth.all() and steady) or _far_off(values, count, over, moved, noise_sd(whole)):
         return None
     below = int(float(values[count == 0].min()) > float(values.max()) - NOISES * noise_sd(whole))
     return count - below, whole - size * below
 
 
-def _far_off(values: Array, step: Array, over: NDArray[np.bool_], noise: float) -> bool:
-    """Whether all that goes over are single readings, and some beside readings that no noise takes over an end of the range: those are no tensions."""
-    single = np.flatnonzero(over[:-1] & over[1:] & (step[:-1] * step[1:] < 0.0))
-    if 2 * len(single) < np.count_nonzero(over):
+def _far_off(values: Array, count: NDArray[np.int64], over: NDArray[np.bool_], moved: Array, noise: float) -> bool:
+    """Whether a channel jumps from where most of it reads, and not from an end of that as what goes over a range does: such readings are no tensions."""
+    usual = count == _usual(count)
+    low, high = quantile(values[usual], 0.02), quantile(values[usual], 0.98)
+    k = np.flatnonzero(over)
+    k = k[usual[k] != usual[k + 1]]
+    if not len(k):
         return False
-    usual = np.delete(values, single + 1)
-    from_end = np.minimum(values[single] - usual.min(), usual.max() - values[single])
-    return bool(from_end.max() > NOISES * noise)
+    # a recorder may have put one reading between the ends of the range
+    places = np.where(usual[k], [k, np.maximum(k - 1, 0)], [k + 1, np.minimum(k + 2, len(values) - 1)])
+    inside = np.min(np.maximum(np.minimum(values[places] - low, high - values[places]), 0.0), axis=0)
+    beside = np.where(over, 0.0, moved)
+    near = np.maximum(np.append(beside[1:], 0.0), np.insert(beside[:-1], 0, 0.0))[k]
+    return median(inside) > AS_BESIDE * median(near) + NOISES * noise
 
 
 def _goes_on(step: Array, over: NDArray[np.bool_]) -> Array:
