@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping as Named
 from collections.abc import Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
@@ -24,7 +25,6 @@ from sstl_cli.steps import compensate as compensating
 from sstl_cli.steps import compensate_live as living
 from sstl_cli.steps import compensate_setup as setup
 from sstl_cli.steps import compensate_source as sourcing
-from sstl_cli.steps.compensate import Case
 from sstl_cli.steps.compensate_setup import Biases
 from sstl_cli.steps.compensate_source import Source
 
@@ -96,14 +96,12 @@ def compensate(
     >>> sorted(scores["method"].unique())
     ['DI', 'none']
     """
-    require_methods(*methods or ())
-    source = source_of(theta)
-    used = source.options if options is None else options
-    cases, aside, where = chosen(source, mapping, biases, config_id, theta)
-    truth = compensating.cases_of(table_of(plant))[0] if isinstance(plant, pd.DataFrame) else cases
-    simulated = plant if isinstance(plant, Scenario) else source.model if plant is None else None
+    asked, where = driven(theta, mapping, biases, config_id, options, methods or ())
+    used = asked.options
+    truth = compensating.cases_of(table_of(plant))[0] if isinstance(plant, pd.DataFrame) else asked.cases
+    simulated = plant if isinstance(plant, Scenario) else asked.model if plant is None else None
     loop = TensionLoop(loop_tau_s) if loop_tau_s is not None else None
-    plan = setup.plan(cases, aside, methods or METHODS, methods is not None, setup.plants(truth, simulated, loop), where)
+    plan = setup.plan(asked.cases, asked.aside, methods or METHODS, methods is not None, setup.plants(truth, simulated, loop), where)
     if recorded is not None:
         done = compensating.run_recorded(plan.cases, recorded.runs, plan.methods, used, mape_floor_n, plan.plant_of)
     else:
@@ -157,26 +155,27 @@ def controller(
     >>> rig.step(9.0, float("nan")) == (command_n, "SAFE"), rig.fault
     (True, 'measured tension lost (not a number)')
     """
-    require_methods(*[method] if method is not None else [])
-    source = source_of(theta)
-    cases, _, where = chosen(source, mapping, biases, config_id, theta)
-    return living.run(cases, config_id, method, source.options if options is None else options, where).controller
+    asked, where = driven(theta, mapping, biases, config_id, options, () if method is None else (method,))
+    return living.run(asked.cases, config_id, method, asked.options, where).controller
 
 
-def require_methods(*names: str) -> None:
-    """Raise SstlError (E404) for a method that there is not."""
-    for name in names:
+def driven(
+    theta: pd.DataFrame | Scenario | str | PathLike[str],
+    mapping: Mapping | None,
+    biases: Biases | pd.DataFrame | None,
+    config_id: str | None,
+    options: ControllerOptions | None,
+    methods: Sequence[str],
+) -> tuple[Source, str]:
+    """Return what is driven, as it is asked for, and how errors name it; raise SstlError (E404) for a method that there is not."""
+    for name in methods:
         if name not in METHODS:
             raise SstlError(f"no method '{name}' ({nearest(name, METHODS)})", code="E404")
-
-
-def chosen(
-    source: Source, mapping: Mapping | None, biases: Biases | pd.DataFrame | None, config_id: str | None, theta: object
-) -> tuple[list[Case], dict[str, str], str]:
-    """Return the configurations that are driven, why others are set aside, and how errors name what they come from."""
+    source = source_of(theta)
     where = str(theta) if isinstance(theta, str | PathLike) else type(theta).__name__
     model = None if mapping is None else mapping.model
-    return *setup.chosen(source.cases, source.aside, model, biases_of(biases), config_id, where), where
+    cases, aside = setup.chosen(source.cases, source.aside, model, biases_of(biases), config_id, where)
+    return replace(source, cases=cases, aside=aside, options=source.options if options is None else options), where
 
 
 def source_of(theta: pd.DataFrame | Scenario | str | PathLike[str]) -> Source:

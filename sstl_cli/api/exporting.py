@@ -6,7 +6,7 @@ from os import PathLike
 
 import pandas as pd
 
-from sstl_cli.api.control import chosen, require_methods, source_of
+from sstl_cli.api.control import driven
 from sstl_cli.api.mapping import Mapping
 from sstl_cli.control.controller import Options as ControllerOptions
 from sstl_cli.control.controllers import Controllers
@@ -56,7 +56,5 @@ def controllers(
     >>> found.method, sorted(found.lines)
     ('DI', ['CP-020', 'CP-080'])
     """
-    require_methods(*[method] if method is not None else [])
-    source = source_of(theta)
-    cases, aside, _ = chosen(source, mapping, biases, config_id, theta)
-    return exporting.controllers(cases, aside, method, source.options if options is None else options)
+    asked, _ = driven(theta, mapping, biases, config_id, options, () if method is None else (method,))
+    return exporting.controllers(asked.cases, asked.aside, method, asked.options)
