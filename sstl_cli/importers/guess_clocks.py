@@ -18,8 +18,9 @@ from sstl_cli.importers.guess_time import MARK, SAME_RATE, TimeGuess, counts, ev
 Array = NDArray[np.float64]
 # of a step, how far equal clocks may lie apart where they are written with other places
 SAME_STEP = 0.01
-# of two clocks of which one states no unit
-FACTORS = np.array([1.0, 60.0, 1e3, 3600.0, 6e4, 86_400.0, 1e6, 3.6e6, 6e7, 8.64e7, 1e9, 3.6e9, 8.64e10])
+# of two clocks of which one states no unit: either may have the larger one
+_UNITS = np.array([1.0, 60.0, 1e3, 3600.0, 6e4, 86_400.0, 1e6, 3.6e6, 6e7, 8.64e7, 1e9, 3.6e9, 8.64e10])
+FACTORS = np.concatenate([_UNITS, 1.0 / _UNITS])
 
 
 @dataclass(frozen=True)
@@ -112,10 +113,9 @@ def _runs_beside(one: Said, chosen: Said, data: dict[str, Array]) -> bool:
     line = y[0] + (y[-1] - y[0]) * (x - x[0]) / (x[-1] - x[0])
     if np.max(np.abs(y - line)) > float(np.max(np.diff(y))):
         return True
-    factors = np.concatenate([FACTORS, 1.0 / FACTORS])
     tick = float(np.median(np.diff(x)))
-    rates = np.abs(factors * (y[-1] - y[0]) / (x[-1] - x[0]) - 1.0)
-    factor = factors[int(np.argmin(rates))]
+    rates = np.abs(FACTORS * (y[-1] - y[0]) / (x[-1] - x[0]) - 1.0)
+    factor = FACTORS[int(np.argmin(rates))]
     # elapsed and unix time tell the same row
     return bool(rates.min() > SAME_STEP or (is_epoch(x) == is_epoch(y) and abs(x[0] - factor * y[0]) > tick))
 
@@ -172,7 +172,7 @@ def _apart(a: Said, b: Said, data: dict[str, Array], meet: bool) -> bool:
         return True
     if meet and _alike(a.name) == _alike(b.name):
         return not _equal(a, b, data)
-    factors = np.ones(1) if a.dimension == "time" and b.dimension == "time" else np.concatenate([FACTORS, 1.0 / FACTORS])
+    factors = np.ones(1) if a.dimension == "time" and b.dimension == "time" else FACTORS
     spans, ticks = [float(v[-1] - v[0]) for v in (x, y)], [float(np.max(np.diff(v))) for v in (x, y)]
     near = np.abs(spans[0] - factors * spans[1]) <= SAME_RATE * spans[0] + ticks[0] + factors * ticks[1]
     return not near.any()

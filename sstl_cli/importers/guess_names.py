@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -23,6 +22,7 @@ from sstl_cli.importers.guess_words import (
     STRANGE,
     UNIT_CELLS,
     UNIT_WORDS,
+    unaccented,
 )
 
 _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]{0,40})[\])}>]")
@@ -226,7 +226,7 @@ def _words(text: str) -> tuple[str, ...]:
 
 def _plain(text: str) -> str:
     text = text.replace("µ", "u").replace("μ", "u").replace("°", "deg").replace("ß", "ss")
-    return "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
+    return unaccented(text)
 
 
 def _meaning(words: tuple[str, ...]) -> tuple[str, str, bool]:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 
-from sstl_cli.importers.guess_words import words
+from sstl_cli.importers.guess_words import unaccented, words
 
 # of Latin letters with their accents, which some systems write as characters of their own
 LETTERS = r"A-Za-z\u00c0-\u024f\u0300-\u036f"
@@ -19,7 +18,7 @@ def at(i: int, columns: Columns) -> str:
     part = columns[i][0].lower() if 0 <= i < len(columns) else ""
     if not re.match(f"[{LETTERS}]", part):
         return part
-    return "".join(c for c in unicodedata.normalize("NFKD", part) if not unicodedata.combining(c))
+    return unaccented(part)
 
 
 def before(i: int, columns: Columns) -> str:

@@ -2,6 +2,19 @@
 
 from __future__ import annotations
 
+import unicodedata
+
+
+def unaccented(text: str) -> str:
+    """Return a text without its accents.
+
+    Examples
+    --------
+    >>> unaccented("Krümmung")
+    'Krummung'
+    """
+    return "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
+
 
 def words(text: str) -> frozenset[str]:
     """Return the words of a text."""

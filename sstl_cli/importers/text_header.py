@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.units import is_unit
-from sstl_cli.importers.guess_words import STRANGE, UNIT_CELLS, words
+from sstl_cli.importers.guess_words import STRANGE, UNIT_CELLS, unaccented, words
 from sstl_cli.importers.text_cells import SPACES, cut, is_missing, is_number
 
 COMMENTS = ("#", "%", "//")
@@ -229,7 +228,7 @@ def _are_places(row: list[str]) -> bool:
 
 def _folded(word: str) -> str:
     """Return a word in small letters without accents and a colon behind it."""
-    return "".join(c for c in unicodedata.normalize("NFKD", word.strip(" :").lower()) if not unicodedata.combining(c))
+    return unaccented(word.strip(" :").lower())
 
 
 def _states_units(row: list[str]) -> bool:

@@ -68,12 +68,12 @@ def _gone_over(values: Array, other: Array) -> tuple[NDArray[np.int64], Array] |
         return None
     whole = values + size * count
     moved = np.abs(np.diff(whole))
-    near = np.maximum(np.append(moved[1:], 0.0), np.insert(moved[:-1], 0, 0.0))
-    smooth = moved[over] <= AS_BESIDE * near[over] + NOISES * noise_sd(whole)
+    noise = NOISES * noise_sd(whole)
+    smooth = moved[over] <= AS_BESIDE * np.maximum(*_beside(moved))[over] + noise
     steady = quantile(np.abs(np.diff(other))[over], 0.9) < STEADY * float(np.ptp(other))
-    if not (smooth.all() and steady) or _far_off(values, count, over, moved, noise_sd(whole)):
+    if not (smooth.all() and steady) or _far_off(values, count, over, moved, noise):
         return None
-    below = int(float(values[count == 0].min()) > float(values.max()) - NOISES * noise_sd(whole))
+    below = int(float(values[count == 0].min()) > float(values.max()) - noise)
     return count - below, whole - size * below
 
 
@@ -88,16 +88,19 @@ def _far_off(values: Array, count: NDArray[np.int64], over: NDArray[np.bool_], m
     # a recorder may have put one reading between the ends of the range
     places = np.where(usual[k], [k, np.maximum(k - 1, 0)], [k + 1, np.minimum(k + 2, len(values) - 1)])
     inside = np.min(np.maximum(np.minimum(values[places] - low, high - values[places]), 0.0), axis=0)
-    beside = np.where(over, 0.0, moved)
-    near = np.maximum(np.append(beside[1:], 0.0), np.insert(beside[:-1], 0, 0.0))[k]
-    return median(inside) > AS_BESIDE * median(near) + NOISES * noise
+    near = np.maximum(*_beside(np.where(over, 0.0, moved)))[k]
+    return median(inside) > AS_BESIDE * median(near) + noise
 
 
 def _goes_on(step: Array, over: NDArray[np.bool_]) -> Array:
     """Return by how much a channel goes over the end of its range between two samples: as it does on either side."""
-    beside = np.where(over, 0.0, step)
-    onward = 0.5 * (np.append(beside[1:], 0.0) + np.insert(beside[:-1], 0, 0.0))
+    onward = 0.5 * np.add(*_beside(np.where(over, 0.0, step)))
     return np.asarray((-np.sign(step) * onward)[over], np.float64)
+
+
+def _beside(steps: Array) -> tuple[Array, Array]:
+    """Return the step behind each and the one in front of it, 0 where there is none."""
+    return np.append(steps[1:], 0.0), np.insert(steps[:-1], 0, 0.0)
 
 
 def _usual(count: NDArray[np.int64]) -> int:
