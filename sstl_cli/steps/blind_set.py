@@ -99,10 +99,10 @@ def limit(place: Folder, plan: Mapping[str, Planned], workers: int, redo: bool, 
         raise SstlError(what, where=str(place.root), fix="run 'sstl blind run' first", code="E959")
     truth = folder.open_truth(place)
     (place.root / "distances").mkdir(exist_ok=True)
-    waiting = [c for c, asked in plan.items() if redo or folder.measured(place, c, asked) is None]
-    advance(len(plan) - len(waiting))
-    _work(_measure_one, [(str(place.root), c, plan[c], truth.truths[c]) for c in waiting], workers, advance)
-    rows = [row for c, asked in plan.items() if (row := folder.measured(place, c, asked)) is not None]
+    there = {} if redo else {c: row for c, asked in plan.items() if (row := folder.measured(place, c, asked)) is not None}
+    advance(len(there))
+    _work(_measure_one, [(str(place.root), c, plan[c], truth.truths[c]) for c in plan if c not in there], workers, advance)
+    rows = [row for c, asked in plan.items() if (row := there.get(c) or folder.measured(place, c, asked)) is not None]
     document = blind_limit.document(rows, folder.published_seal(place))
     write_json(place.limit, document.plain(), force=True)
     return document
