@@ -12,6 +12,7 @@ from benchmarks import logs
 from benchmarks.harness import Row, faster, seconds
 from benchmarks.peers import segment_plain
 from sstl_cli.cli.segment import UNUSED
+from sstl_cli.core.documents.mapping import ThetaRow
 from sstl_cli.core.runs import read_runs
 from sstl_cli.identification import SegmentOptions
 from sstl_cli.steps import segment as step
@@ -23,7 +24,7 @@ def run(quick: bool, folder: Path) -> list[Row]:
     whole = logs.write(folder / "whole.parquet", runs, samples)
     few = logs.write(folder / "few.parquet", part, samples)
 
-    def ours() -> list[dict[str, object]]:
+    def ours() -> list[ThetaRow]:
         return [found.row() for found in step.run(read_runs(whole, UNUSED), SegmentOptions())]
 
     def plain() -> object:
@@ -40,7 +41,7 @@ def run(quick: bool, folder: Path) -> list[Row]:
     rows, theirs = ours(), segment_plain.theta(few)
     for name, value in truth.items():
         # a comparison of two wrong answers would say nothing
-        assert all(abs(float(str(r[name])) - value) < 0.05 for r in rows), name
+        assert all(abs(getattr(r, name) - value) < 0.05 for r in rows), name
         assert np.all(np.abs(theirs[name] - value) < 0.2), name
     own, peer, base = [], [], []
     for _ in range(repeat):

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
 
@@ -285,7 +286,7 @@ def conform(table: pa.Table, schema: Schema, where: str, coded: Sequence[str] = 
                     code="E136",
                 )
         else:
-            values = pa.chunked_array([pa.nulls(table.num_rows, column.type)])
+            values = pa.chunked_array([_nulls(table.num_rows, column.type)])
         arrays.append(values)
         fields.append(pa.field(column.name, values.type, column.nullable, {"unit": column.unit}))
     for name in table.column_names:
@@ -293,6 +294,16 @@ def conform(table: pa.Table, schema: Schema, where: str, coded: Sequence[str] = 
             arrays.append(table.column(name))
             fields.append(table.schema.field(name))
     return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
+
+
+def _nulls(rows: int, kind: pa.DataType) -> pa.Array:
+    """Return an array of nulls; those of every block share one, which need not be filled with zeros again."""
+    return _block_of_nulls(kind).slice(0, rows) if rows <= ROWS_PER_BLOCK else pa.nulls(rows, kind)
+
+
+@lru_cache(8)
+def _block_of_nulls(kind: pa.DataType) -> pa.Array:
+    return pa.nulls(ROWS_PER_BLOCK, kind)
 
 
 def _coded(kind: pa.DataType) -> bool:

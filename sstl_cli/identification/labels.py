@@ -116,44 +116,75 @@ def turning_points(xf: Array, prominence: float, tie: float) -> tuple[NDArray[np
     A reversal stands at the last sample within ``tie`` of the extreme, so that a hold belongs to the
     segment that led to it.
     """
-    points = np.empty(xf.size + 2, np.int64)
+    n = xf.size
+    points = np.empty(n + 2, np.int64)
     points[0] = 0
-    count = 1
-    first = 0
-    direction = 0
     high, low = xf[0], xf[0]
     at_high, at_low = 0, 0
-    for k in range(xf.size):
+    first, count, k = 0, 1, 0
+    # what comes before the first reversal is less than the prominence: it joins the first segment
+    while first == 0 and k < n:
         v = xf[k]
-        if direction >= 0:
-            high = max(high, v)
-            if v >= high - tie:
-                at_high = k
-        if direction <= 0:
-            low = min(low, v)
-            if v <= low + tie:
-                at_low = k
-        if direction >= 0 and v < high - prominence:
-            if direction == 0:
-                first = -1
-            points[count] = at_high
-            count += 1
-            direction = -1
-            low, at_low = v, k
-        elif direction <= 0 and v > low + prominence:
-            if direction == 0:
-                first = 1
-            points[count] = at_low
-            count += 1
-            direction = 1
-            high, at_high = v, k
-    # what came before the first reversal is less than the prominence: it joins the first segment
-    if count > 1:
-        for i in range(count - 1):
-            points[i] = points[i + 1]
-        count -= 1
-    points[count] = xf.size - 1
+        high, low = max(high, v), min(low, v)
+        if v >= high - tie:
+            at_high = k
+        if v <= low + tie:
+            at_low = k
+        if v < high - prominence:
+            first, points[0] = -1, at_high
+        elif v > low + prominence:
+            first, points[0] = 1, at_low
+        else:
+            k += 1
+    sign = first
+    while k < n:
+        # a fall is a rise of the other sign; the limits change with the extreme only, so that a sample need not wait for the one before
+        extreme = sign * xf[k]
+        near, far, at = extreme - tie, extreme - prominence, k
+        k += 1
+        while k < n:
+            v = sign * xf[k]
+            if v >= near:
+                at = k
+                if v > extreme:
+                    extreme, near, far = v, v - tie, v - prominence
+            elif v < far:
+                points[count] = at
+                count += 1
+                sign = -sign
+                break
+            k += 1
+    points[count] = n - 1
     return points[: count + 1].copy(), first
+
+
+@njit(cache=True, nogil=True)
+def _left(y: Array, sign: int, delta: float) -> tuple[int, int]:
+    """Return where the output of a segment leaves its value at the reversal by the threshold, and where that began; 0 where it does not."""
+    extreme = sign * y[0]
+    for k in range(y.size):
+        v = sign * y[k]
+        if v < extreme:
+            extreme = v
+        elif v - extreme > delta:
+            start = k
+            while start > 0 and sign * y[start - 1] - extreme > 0.3 * delta:
+                start -= 1
+            return k, start
+    return 0, 0
+
+
+@njit(cache=True, nogil=True)
+def _moving(x: Array, use: NDArray[np.int8], band: float, hold: float) -> None:
+    """Take out of use where the input holds: it stays within the band for the length of a hold."""
+    anchor, last = 0, x.size - 1
+    held = x[0]
+    for k in range(x.size):
+        if abs(x[k] - held) > band or k == last:
+            if k - anchor >= hold:
+                use[anchor:k] = 0
+            anchor = k
+            held = x[k]
 
 
 @njit(cache=True, nogil=True)
@@ -177,48 +208,36 @@ def split(
         a, b = points[s], points[s + 1]
         backlash = 0 if sign > 0 else 2
         begin = 0 if s == 0 else a
-        for k in range(begin, b + 1):
-            codes[k] = backlash
-        # the output leaves its value at the reversal
-        extreme = sign * yf[a]
-        left = -1
-        for k in range(a, b + 1):
-            v = sign * yf[k]
-            extreme = min(extreme, v)
-            if v - extreme > delta:
-                left = k
-                break
-        if left >= 0:
-            start = left
-            while start > a and sign * yf[start - 1] - extreme > 0.3 * delta:
-                start -= 1
-            for k in range(start, b + 1):
-                codes[k] = backlash + 1
+        codes[begin : b + 1] = backlash
+        left, start = _left(yf[a : b + 1], sign, delta)
+        if left > 0:
+            codes[a + start : b + 1] = backlash + 1
             d = 0 if sign > 0 else 1
             reached[d] += 1
             level = 0.0
-            if start > a:
-                for k in range(a, start):
+            if start > 0:
+                for k in range(a, a + start):
                     level += yf[k]
-                level /= start - a
+                level /= start
             else:
                 level = yf[a]
             slope, bias, margin = lines[2 * d], lines[2 * d + 1], rules[5 + d]
+            if math.isnan(slope):
+                slope, bias, margin = 0.0, 0.0, -np.inf
+            part = slice(a + left, max(a + left, b + 1 - guard // 2))
+            x, used = xf[part], use[part]
             front = sign * xf[a]
-            anchor = left
-            for k in range(left, b + 1 - guard // 2):
-                v = sign * xf[k]
-                front = max(front, v)
-                if abs(xf[k] - xf[anchor]) > band or k == b - guard // 2:
-                    if k - anchor >= hold:
-                        for i in range(anchor, k):
-                            use[i] = 0
-                    anchor = k
-                if k < left + guard or v < front - retreat:
-                    continue
-                if not math.isnan(slope) and sign * (slope * xf[k] + bias - level) < margin:
-                    continue
-                use[k] = sign
+            for k in range(min(guard, x.size)):
+                front = max(front, sign * x[k])
+            far = front - retreat
+            for k in range(guard, x.size):
+                v = sign * x[k]
+                if v > front:
+                    front, far = v, v - retreat
+                if v >= far and not sign * (slope * x[k] + bias - level) < margin:
+                    used[k] = sign
+            if x.size:
+                _moving(x, used, band, hold)
         sign = -sign
     return codes, use, reached
 
