@@ -16,7 +16,8 @@ from sstl_cli.core.documents.logs import LogRun
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import conform
 from sstl_cli.core.provenance import Provenance, inputs_of
-from sstl_cli.core.runs import SIGNALS, Run, read_logs, require_units_of, run_table, runs_of, write_runs
+from sstl_cli.core.run_parts import SIGNALS
+from sstl_cli.core.runs import Run, read_logs, require_units_of, run_table, runs_of, write_runs
 from sstl_cli.core.sound import noted
 from sstl_cli.core.tables import LOG, TENDON
 from sstl_cli.identification import SegmentOptions, samples

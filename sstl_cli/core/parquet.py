@@ -298,12 +298,12 @@ def conform(table: pa.Table, schema: Schema, where: str, coded: Sequence[str] = 
 
 def _nulls(rows: int, kind: pa.DataType) -> pa.Array:
     """Return an array of nulls; those of every block share one, which need not be filled with zeros again."""
-    return _block_of_nulls(kind).slice(0, rows) if rows <= ROWS_PER_BLOCK else pa.nulls(rows, kind)
+    return _kept_nulls(ROWS_PER_BLOCK, kind).slice(0, rows) if rows <= ROWS_PER_BLOCK else pa.nulls(rows, kind)
 
 
 @lru_cache(8)
-def _block_of_nulls(kind: pa.DataType) -> pa.Array:
-    return pa.nulls(ROWS_PER_BLOCK, kind)
+def _kept_nulls(rows: int, kind: pa.DataType) -> pa.Array:
+    return pa.nulls(rows, kind)
 
 
 def _coded(kind: pa.DataType) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -18,15 +17,13 @@ from sstl_cli.core.aside import LISTED, Aside
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.parquet import TableWriter, open_table
 from sstl_cli.core.provenance import Provenance
-from sstl_cli.core.sound import CHANNELS, LEAST_SAMPLES, OPTIONAL, TENSIONS, note, noted
+from sstl_cli.core.run_parts import TEXTS, Part, Pending, parts
+from sstl_cli.core.sound import LEAST_SAMPLES, TENSIONS, note, noted
 from sstl_cli.core.tables import LOG, TENDON
 from sstl_cli.core.units import is_force
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
-SIGNALS = CHANNELS
-LABELS = ("run_id", "config_id", "system", "location", "lead_mm", "trajectory", "tendon")
-TEXTS = tuple(n for n in LABELS if n != "lead_mm")
 PASSES = {"act": 1, "sstl": 2}
 
 
@@ -217,120 +214,29 @@ def runs_of(blocks: Iterable[pa.Table], source: str, units: dict[str, str] | Non
 
     ``units`` are those that ``units_of`` finds where the tables come from (default: newtons).
     """
-    pending: list[_Part] = []
+    pending: Pending | None = None
     seen: set[str] = set()
     for block in blocks:
-        for part in _parts(block):
-            if pending and pending[0].labels["run_id"] != part.labels["run_id"]:
+        for part in parts(block):
+            if pending is not None and pending.head.labels["run_id"] != part.labels["run_id"]:
                 yield _run(pending, source, seen, units)
-                pending = []
-            pending.append(part)
+                pending = None
             for name in part.changes:
                 raise _split(name, part, source)
-            for name in TEXTS if part is not pending[0] else ():
-                if part.labels.get(name) != pending[0].labels.get(name):
+            if pending is None:
+                pending = Pending(part)
+                continue
+            for name in TEXTS:
+                if part.labels.get(name) != pending.head.labels.get(name):
                     raise _split(name, part, source)
-    if pending:
+            pending.add(part)
+    if pending is not None:
         yield _run(pending, source, seen, units)
 
 
-def _split(name: str, part: _Part, source: str) -> SstlError:
+def _split(name: str, part: Part, source: str) -> SstlError:
     where = f"{source}, run {part.labels['run_id']!r}"
     return SstlError(f"{name} changes within the run", where=where, fix="split the run", code="E123")
-
-
-@dataclass(frozen=True)
-class _Part:
-    """What one block holds of one run: its labels, the signals, which of them are null throughout, labels that change in it."""
-
-    labels: dict[str, str | None]
-    lead_mm: float | None
-    signals: dict[str, Array]
-    empty: frozenset[str]
-    changes: tuple[str, ...]
-
-
-def _parts(block: pa.Table) -> Iterator[_Part]:
-    """Yield the runs of one block in order; its columns are decoded once, not run by run."""
-    changes = {name: _changes(block.column(name)) for name in TEXTS if name in block.column_names}
-    edges = np.concatenate(([0], changes["run_id"], [block.num_rows]))
-    starts, ends = edges[:-1][np.diff(edges) > 0], edges[1:][np.diff(edges) > 0]
-    if not len(starts):
-        return
-    labels = {name: _taken(block.column(name), starts) for name in changes}
-    leads = block.column("lead_mm").take(pa.array(starts)).to_pylist()
-    signals = {n: block.column(n) for n in SIGNALS if n in block.column_names}
-    values = {n: _floats(c) for n, c in signals.items()}
-    nulls = {n: _null_counts(c, starts, ends) for n, c in signals.items() if n in OPTIONAL}
-    within = {n: np.searchsorted(at, starts, "right") != np.searchsorted(at, ends, "left") for n, at in changes.items()}
-    for i, (a, b) in enumerate(zip(starts.tolist(), ends.tolist(), strict=True)):
-        yield _Part(
-            {n: None if v[i] is None else str(v[i]) for n, v in labels.items()},
-            leads[i],
-            {n: v[a:b] for n, v in values.items()},
-            frozenset(n for n, count in nulls.items() if count[i] == b - a),
-            tuple(n for n, changed in within.items() if changed[i]),
-        )
-
-
-def _floats(column: pa.ChunkedArray) -> Array:
-    """Return a column as floats, NaN where it is null; one that is null throughout takes no memory."""
-    if len(column) and column.null_count == len(column):
-        return np.broadcast_to(np.nan, len(column))
-    return np.asarray(column.cast(pa.float64()).to_numpy())
-
-
-def _taken(column: pa.ChunkedArray, at: NDArray[np.int64]) -> list[object]:
-    """Return the values at these positions."""
-    if pa.types.is_run_end_encoded(column.type):
-        ends, texts = _stretches(column)
-        found: list[object] = texts.take(pa.array(np.searchsorted(ends, at, "right"))).to_pylist()
-        return found
-    return list(column.take(pa.array(at)).to_pylist())
-
-
-def _stretches(column: pa.ChunkedArray) -> tuple[NDArray[np.int64], pa.Array]:
-    """Return the ends and the texts of a run-end encoded column, one entry a stretch."""
-    ends, texts, before = [], [], 0
-    for chunk in column.chunks:
-        first, count = chunk.find_physical_offset(), chunk.find_physical_length()
-        stops = chunk.run_ends.to_numpy()[first : first + count].astype(np.int64) - chunk.offset
-        ends.append(before + np.minimum(stops, len(chunk)))
-        texts.append(chunk.values.slice(first, count))
-        before += len(chunk)
-    return np.concatenate(ends), pa.concat_arrays(texts)
-
-
-def _null_counts(column: pa.ChunkedArray, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return how many values of each stretch are null."""
-    if not column.null_count:
-        return np.zeros(len(starts), np.int64)
-    if column.null_count == len(column):
-        return ends - starts
-    total = np.concatenate(([0], np.cumsum(column.is_null().to_numpy())))
-    return np.asarray(total[ends] - total[starts], np.int64)
-
-
-def _changes(column: pa.ChunkedArray) -> NDArray[np.int64]:
-    """Return the positions whose value differs from the one before (codes are compared, not texts)."""
-    if pa.types.is_run_end_encoded(column.type):
-        ends, texts = _stretches(column)
-        words = texts.to_pylist()
-        return np.asarray(ends[:-1][np.array([a != b for a, b in itertools.pairwise(words)], bool)], np.int64)
-    values = column.combine_chunks() if column.num_chunks != 1 else column.chunk(0)
-    if isinstance(values, pa.ChunkedArray):
-        values = values.unify_dictionaries().combine_chunks()
-    if pa.types.is_null(values.type) or values.null_count == len(values):
-        return np.empty(0, np.int64)
-    coded = values if pa.types.is_dictionary(values.type) else values.dictionary_encode()
-    codes = coded.indices
-    numbers = (codes.fill_null(-1) if codes.null_count else codes).to_numpy(zero_copy_only=False)
-    at = np.flatnonzero(numbers[1:] != numbers[:-1]) + 1
-    # a foreign file may hold one text under two codes
-    texts = coded.dictionary
-    if len(texts) != len(texts.unique()):
-        at = np.array([i for i in at.tolist() if coded[i].as_py() != coded[i - 1].as_py()], np.int64)
-    return at
 
 
 def units_of(schema: pa.Schema) -> dict[str, str]:
@@ -355,8 +261,8 @@ def _require_units(schema: pa.Schema, source: str) -> None:
         )
 
 
-def _run(parts: list[_Part], source: str, seen: set[str], units: dict[str, str] | None) -> Run:
-    head = parts[0]
+def _run(pending: Pending, source: str, seen: set[str], units: dict[str, str] | None) -> Run:
+    head = pending.head
     run_id = head.labels["run_id"]
     where = f"{source}, run {run_id!r}"
     if str(run_id) in seen:
@@ -366,9 +272,4 @@ def _run(parts: list[_Part], source: str, seen: set[str], units: dict[str, str] 
     lead = None if head.lead_mm is None or math.isnan(head.lead_mm) else head.lead_mm
     if head.labels["system"] not in PASSES:
         raise SstlError(f"system is {head.labels['system']!r}", where=where, fix="it must be 'act' or 'sstl'", code="E124")
-    empty = frozenset.intersection(*(p.empty for p in parts))
-    signals = {
-        n: None if n in empty else head.signals[n] if len(parts) == 1 else np.concatenate([p.signals[n] for p in parts])
-        for n in head.signals
-    }
-    return Run(**(units or {}), **head.labels, lead_mm=lead, **signals)  # type: ignore[arg-type]
+    return Run(**(units or {}), **head.labels, lead_mm=lead, **pending.signals())  # type: ignore[arg-type]

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.core.runs import SIGNALS, Run
+from sstl_cli.core.run_parts import SIGNALS
+from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import FASTEST_S, GAP_PERIODS, LARGEST, LEAST_GAP_S, LEAST_SAMPLES, TENSIONS, too_small, unsound
 from sstl_cli.identification.loops import WARM_UP, LoopCutter, usual_step
 

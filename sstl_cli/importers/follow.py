@@ -16,7 +16,8 @@ import pyarrow.compute as pac
 import pyarrow.csv as pc
 
 from sstl_cli.core.errors import SstlError
-from sstl_cli.core.runs import SIGNALS, TEXTS, Run
+from sstl_cli.core.run_parts import SIGNALS, TEXTS
+from sstl_cli.core.runs import Run
 from sstl_cli.core.units import Linear
 from sstl_cli.importers.mapping import Mapping
 from sstl_cli.importers.plan import Plan, plan_of, recordings

@@ -14,7 +14,8 @@ import numpy as np
 from sstl_cli.core.errors import SstlError, UsageError, nearest
 from sstl_cli.core.files import atomic
 from sstl_cli.core.parquet import open_table
-from sstl_cli.core.runs import LABELS, SIGNALS, Run, read_runs, units_of
+from sstl_cli.core.run_parts import LABELS, SIGNALS
+from sstl_cli.core.runs import Run, read_runs, units_of
 from sstl_cli.core.tables import LOG, TENDON
 
 FORMATS = ("csv", "mat", "mcap")

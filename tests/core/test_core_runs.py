@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,8 @@ from hypothesis import strategies as st
 from sstl_cli.core import parquet
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import Provenance
-from sstl_cli.core.runs import LABELS, SIGNALS, Run, read_runs, recorded_runs, run_table, write_runs
+from sstl_cli.core.run_parts import LABELS, SIGNALS
+from sstl_cli.core.runs import Run, read_runs, recorded_runs, run_table, write_runs
 
 MADE = Provenance("sstl test", 1)
 
@@ -206,3 +208,24 @@ def test_memory_of_reading_does_not_grow_with_the_number_of_runs(tmp_path):
         sizes[count] = most
     # one reader over all row groups held everything: three times as much
     assert sizes[900] < 1.5 * sizes[300]
+
+
+def test_a_run_of_many_blocks_is_never_held_twice(tmp_path, monkeypatch):
+    monkeypatch.setattr(parquet, "ROWS_PER_BLOCK", 20_000)
+    n = 400_000
+    position = np.where(np.arange(n) < 70_000, np.nan, 1.5)
+    made = make("a", n=n, position_in_mm=position)
+    write_runs(tmp_path / "log.parquet", [made], MADE)
+    usual, counted = pa.default_memory_pool(), pa.proxy_memory_pool(pa.default_memory_pool())
+    pa.set_memory_pool(counted)
+    tracemalloc.start()
+    try:
+        (found,) = read_runs(tmp_path / "log.parquet")
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+        pa.set_memory_pool(usual)
+    same(found, made)
+    # four channels; blocks of a twentieth of them come and go, and no steps of the whole clock are made
+    whole = 4 * 8 * n
+    assert most < 1.2 * whole and counted.max_memory() < 0.5 * whole
