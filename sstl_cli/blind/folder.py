@@ -78,6 +78,7 @@ def write_set(folder: Folder, cases: Iterator[tuple[str, Case]], count: int, see
         if not force:
             raise SstlError("exists already and is not empty", where=str(root), fix="give a new folder, or --force", code="E956")
         old = _old_set(folder)
+    made = [place for place in (root, *root.parents) if not place.exists()]
     root.mkdir(parents=True, exist_ok=True)
     # the same words for every case: nothing of how it was made
     provenance = Provenance("sstl blind make", None, {})
@@ -106,6 +107,9 @@ def write_set(folder: Folder, cases: Iterator[tuple[str, Case]], count: int, see
         files.write_json(folder.truth, closed)
     finally:
         shutil.rmtree(hidden, ignore_errors=True)
+        for place in made:
+            if not any(place.iterdir()):
+                place.rmdir()
     return BlindMakeDocument(
         schema="sstl.blind.make/1", out=str(root), quick=quick, cases=len(truths), samples=samples, seal=str(published["set"])
     )

@@ -1,4 +1,8 @@
-"""What is written of a reproduction: files, and the document; loads what it needs when something is written."""
+"""What is written of a reproduction: files, and the document.
+
+A command asks here first whether its folder can be written. What loads the simulators, scipy or the figures (up to 2.8 s) is therefore
+imported by the functions that use it, after the work, when it is there anyway.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +11,22 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    import pyarrow as pa
+import pyarrow as pa
 
-    from sstl_cli.core.documents.outputs import BesidePart, ReproduceDocument
-    from sstl_cli.core.provenance import Provenance
-    from sstl_cli.core.runs import Run
-    from sstl_cli.core.tables import Schema
+from sstl_cli.core.documents.outputs import BesidePart, ReproduceDocument
+from sstl_cli.core.errors import SstlError, UsageError
+from sstl_cli.core.files import atomic, require_followed, require_writable, write_text
+from sstl_cli.core.kept import fonts_beside
+from sstl_cli.core.parquet import write_table
+from sstl_cli.core.provenance import Provenance
+from sstl_cli.core.runs import Run, write_runs
+from sstl_cli.core.tables import EVALUATION as EVALUATION_SCHEMA
+from sstl_cli.core.tables import SCORE, Schema
+from sstl_cli.core.tables import THETA as THETA_SCHEMA
+from sstl_cli.paper.compare import COMPARISON, count, table_of
+from sstl_cli.paper.spread import stored
+
+if TYPE_CHECKING:
     from sstl_cli.paper.grid import Grid
     from sstl_cli.paper.reproduce import Options, Reproduction
 
@@ -43,9 +56,6 @@ def names() -> tuple[str, ...]:
 
 def require(folder: Path, wanted: Sequence[str], force: bool) -> None:
     """Make the folder if it is missing, and refuse before the work begins what could not be written."""
-    from sstl_cli.core.errors import SstlError
-    from sstl_cli.core.files import require_followed, require_writable
-
     require_followed(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -67,15 +77,12 @@ class Shown:
 def shown(found: Reproduction) -> Shown:
     """Return what is shown of a reproduction."""
     from sstl_cli.paper import show
-    from sstl_cli.paper.compare import count
 
     return Shown(show.grids(found), show.facts(found), count(found.compared))
 
 
 def document(found: Reproduction, said: Shown, options: Options, written: Sequence[str] = ()) -> ReproduceDocument:
     """Return a reproduction as ``sstl.reproduce/1``."""
-    from sstl_cli.core.documents.outputs import ReproduceDocument
-
     return ReproduceDocument.joined(
         extras(found),
         schema="sstl.reproduce/1",
@@ -91,14 +98,10 @@ def document(found: Reproduction, said: Shown, options: Options, written: Sequen
 
 def write(folder: Path, found: Reproduction, said: Shown, provenance: Provenance, force: bool) -> list[str]:
     """Write Parquet, LaTeX, HTML and SVG; return the names."""
-    from sstl_cli.core.files import atomic, write_text
-    from sstl_cli.core.kept import fonts_beside
-    from sstl_cli.core.parquet import write_table
-
+    # before anything imports matplotlib
     fonts_beside(folder / FIXED[0])
 
     from sstl_cli.paper import drawings, page
-    from sstl_cli.paper.compare import COMPARISON, table_of
     from sstl_cli.paper.latex import document as latex
     from sstl_cli.reporting.drawing import picture, save
 
@@ -118,8 +121,6 @@ def write(folder: Path, found: Reproduction, said: Shown, provenance: Provenance
 
 def _write_tables(folder: Path, found: Reproduction, provenance: Provenance, force: bool) -> list[str]:
     """Write the tables beside the entries; return their names."""
-    from sstl_cli.core.parquet import write_table
-
     made = beside(found)
     for name, (table, schema) in made.items():
         write_table(folder / name, table, schema, provenance, force)
@@ -128,11 +129,6 @@ def _write_tables(folder: Path, found: Reproduction, provenance: Provenance, for
 
 def beside(found: Reproduction) -> dict[str, tuple[pa.Table, Schema]]:
     """Return the Theta tables, the errors of the mapping and the scores that were rebuilt, by the names of their files."""
-    import pyarrow as pa
-
-    from sstl_cli.core.tables import EVALUATION as EVALUATION_SCHEMA
-    from sstl_cli.core.tables import SCORE
-    from sstl_cli.core.tables import THETA as THETA_SCHEMA
     from sstl_cli.steps.compensate import score_rows, score_table
 
     parts = {name: getattr(found, part) for name, part in THETA.items()}
@@ -157,8 +153,6 @@ def beside(found: Reproduction) -> dict[str, tuple[pa.Table, Schema]]:
 
 def write_gap_logs(folder: Path, found: Reproduction, seed: int, provenance: Provenance, force: bool) -> list[str]:
     """Write the explaining runs and what the stated settings predict for them, paired by run_id."""
-    from sstl_cli.core.runs import write_runs
-
     for name, runs in zip(GAP_LOGS, gap_runs(found, seed), strict=True):
         write_runs(folder / name, runs, provenance, force)
     return list(GAP_LOGS)
@@ -172,7 +166,6 @@ def gap_runs(found: Reproduction, seed: int) -> tuple[Iterator[Run], Iterator[Ru
     UsageError
         E805 where Table IV was not rebuilt.
     """
-    from sstl_cli.core.errors import UsageError
     from sstl_cli.paper.table_iv_gap import logs
 
     if found.prepared is None:
@@ -182,9 +175,7 @@ def gap_runs(found: Reproduction, seed: int) -> tuple[Iterator[Run], Iterator[Ru
 
 def extras(found: Reproduction) -> BesidePart:
     """Return what the JSON document holds beside the entries."""
-    from sstl_cli.core.documents.outputs import BesidePart
     from sstl_cli.paper.contests import contests
-    from sstl_cli.paper.spread import stored
 
     told: dict[str, object] = {}
     if found.mapping is not None:

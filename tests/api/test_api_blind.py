@@ -58,12 +58,17 @@ def test_a_set_is_made_diagnosed_and_scored_as_the_program_does(quick: None, tmp
 
 
 def test_what_cannot_be_drawn_is_said_before_anything_is(tmp_path: Path) -> None:
-    check = sstl.BlindSet(tmp_path / "set")
+    check = sstl.BlindSet(tmp_path / "new" / "set")
     for wrong in ({"simulator": "brissle"}, {"recordings": "field"}, {"cases": 0}, {"nulls": -1}):
         with pytest.raises(SstlError) as said:
             check.make(quick=True, workers=1, **wrong)
         assert said.value.code == "E961"
-    assert not list(tmp_path.glob("set/*.json"))
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "set").mkdir()
+    with pytest.raises(SstlError):
+        sstl.BlindSet(tmp_path / "set").make(quick=True, workers=1, simulator="brissle")
+    # a folder that was there stays
+    assert not list((tmp_path / "set").iterdir())
     with pytest.raises(SstlError) as said:
         sstl.blind_library(tmp_path / "l.parquet", cases=3, simulator="brissle")
     assert said.value.code == "E961" and not list(tmp_path.glob("l.parquet*"))
