@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sstl_cli.core import parquet
+from sstl_cli.core import parquet, run_parts
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import Provenance
 from sstl_cli.core.run_parts import LABELS, SIGNALS
@@ -216,16 +216,19 @@ def test_a_run_of_many_blocks_is_never_held_twice(tmp_path, monkeypatch):
     position = np.where(np.arange(n) < 70_000, np.nan, 1.5)
     made = make("a", n=n, position_in_mm=position)
     write_runs(tmp_path / "log.parquet", [made], MADE)
-    usual, counted = pa.default_memory_pool(), pa.proxy_memory_pool(pa.default_memory_pool())
-    pa.set_memory_pool(counted)
+    blocks, add = [], run_parts.Pending.add
+
+    def watched(pending: run_parts.Pending, part: run_parts.Part) -> None:
+        add(pending, part)
+        blocks.append(pa.total_allocated_bytes() - before)
+
+    monkeypatch.setattr(run_parts.Pending, "add", watched)
+    before = pa.total_allocated_bytes()
     tracemalloc.start()
-    try:
-        (found,) = read_runs(tmp_path / "log.parquet")
-        most = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-        pa.set_memory_pool(usual)
+    (found,) = read_runs(tmp_path / "log.parquet")
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
     same(found, made)
     # four channels; blocks of a twentieth of them come and go, and no steps of the whole clock are made
     whole = 4 * 8 * n
-    assert most < 1.2 * whole and counted.max_memory() < 0.5 * whole
+    assert most < 1.2 * whole and len(blocks) == 19 and max(blocks) < 0.5 * whole
