@@ -224,6 +224,13 @@ FOOTERS = {
     "sizes": (rb"(\x3c\x16[\x80-\xff]*[\x00-\x7f]\x19)\x06(?=\x19)", b"\\g<1>\x26", "E133"),
 }
 
+ONE_AFTER_THE_OTHER = """
+import json, sys
+from sstl_cli.cli._batch_worker import call_program
+for words in json.loads(sys.argv[1]):
+    print(json.dumps(call_program(words, {})), flush=True)
+"""
+
 
 @pytest.mark.parametrize("what", [pytest.param(w, marks=pytest.mark.slow) if w == "sizes" else w for w in FOOTERS])
 def test_a_footer_that_lost_a_bit_does_not_end_the_process(what: str, tmp_path: Path) -> None:
@@ -237,10 +244,14 @@ def test_a_footer_that_lost_a_bit_does_not_end_the_process(what: str, tmp_path: 
     footer, struck = re.subn(old, new, whole[start:], count=1)
     assert struck and len(footer) == len(whole) - start
     path.write_bytes(whole[:start] + footer)
-    for words in (["check"], ["segment", "--out", tmp_path / "theta"], ["export", "-f", "csv", "--out", tmp_path / "log.csv"]):
-        done = subprocess.run([sys.executable, "-m", "sstl_cli", *words, path], capture_output=True, text=True, check=False)
-        assert done.returncode in (0, 1) and "terminate" not in done.stderr, done.stderr
-        assert not code or words == ["check"] or f"[{code}]" in done.stderr
+    every = (["check"], ["segment", "--out", str(tmp_path / "theta")], ["export", "-f", "csv", "--out", str(tmp_path / "log.csv")])
+    given = json.dumps([[*words, str(path)] for words in every])
+    # one after the other in one process, which starts once
+    done = subprocess.run([sys.executable, "-c", ONE_AFTER_THE_OTHER, given], capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and "terminate" not in done.stderr, done.stderr
+    for words, (returned, _, said) in zip(every, map(json.loads, done.stdout.splitlines()), strict=True):
+        assert returned in (0, 1), said
+        assert not code or words == ["check"] or f"[{code}]" in said
     assert not list(tmp_path.glob(".*"))
     if not code:
         # the pages are whole: what they hold is read without the help of statistics
