@@ -182,7 +182,7 @@ def _weighted_median(values: Array, weight: Array) -> float:
     for k in range(values.size):
         bins[int(max(min(scale * values[k], BINS), 0.0))] += weight[k]
     below, place = 0.0, 0
-    while place < BINS and below + bins[place] < half:
+    while place < BINS and (bins[place] == 0.0 or below + bins[place] < half):
         below += bins[place]
         place += 1
     first, last = 0, 0
