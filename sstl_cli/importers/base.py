@@ -30,7 +30,10 @@ Values: TypeAlias = np.ndarray | pa.Array
 
 @dataclass(frozen=True)
 class Channel:
-    """One recorded signal: its name, number of values (None: unknown), unit, own time channel, and what the file calls it beside its name."""
+    """One recorded signal: its name, number of values (None: unknown), unit, own time channel, and what the file calls it beside its name.
+
+    ``stamps`` says that its numbers are times written as text, which are read in s.
+    """
 
     name: str
     rows: int | None = None
@@ -38,6 +41,7 @@ class Channel:
     time: str = ""
     text: bool = False
     label: str = ""
+    stamps: bool = False
 
 
 @dataclass

@@ -21,9 +21,7 @@ def blocks_of(
 ) -> Iterator[tuple[Block, int]]:
     """Yield the blocks of a clock's file with its own channel and those of signals and labels, and their first row."""
     file = plan.files[clock.file]
-    numbers = list(dict.fromkeys(c for s in signals for c in s.channels))
-    if clock.channel is not None and clock.channel not in numbers:
-        numbers.append(clock.channel)
+    numbers = list(dict.fromkeys([*(c for s in signals for c in s.channels), *clock.channels]))
     before = index = 0
     with guarded(file.path, file.format.TITLE):
         for block in file.format.read(file.path, numbers, list(dict.fromkeys(labels.values())), file.layout, notes):
@@ -42,7 +40,8 @@ def time_of(clock: TimeBase, block: Block, index: int) -> Array:
     if clock.rate_hz is not None:
         return np.asarray((np.arange(len(block)) + index) / clock.rate_hz)
     assert clock.channel is not None
-    return _linear(np.asarray(block.columns[clock.channel], np.float64), clock.convert.factor, clock.convert.offset)
+    times = _linear(np.asarray(block.columns[clock.channel], np.float64), clock.convert.factor, clock.convert.offset)
+    return times if clock.fraction is None else times + clock.fraction_s * np.asarray(block.columns[clock.fraction], np.float64)
 
 
 def value_of(signal: Signal, block: Block) -> Array:

@@ -27,12 +27,19 @@ class Recording:
 
 @dataclass(frozen=True)
 class TimeBase:
-    """A clock: the file and channel that tell the time, or a constant rate."""
+    """A clock: the file and channel that tell the time, or a constant rate; ``fraction`` tells the parts of a second, of ``fraction_s`` each."""
 
     file: int
     channel: str | None
     convert: Linear
     rate_hz: float | None = None
+    fraction: str | None = None
+    fraction_s: float = 0.0
+
+    @property
+    def channels(self) -> list[str]:
+        """Names of the channels that tell the time."""
+        return [c for c in (self.channel, self.fraction) if c is not None]
 
 
 class Finder:

@@ -27,6 +27,7 @@ from sstl_cli.importers.systems import known_system
 from sstl_cli.importers.text_cells import MISSING, SPACES
 from sstl_cli.importers.text_file import is_wide
 from sstl_cli.importers.text_layout import MAX_LINE_BYTES, TextLayout, layout_of
+from sstl_cli.importers.text_stamps import StampReader
 
 READ_BYTES = 4 << 20
 # the layout of a text is told from its first lines: wait for some
@@ -62,6 +63,7 @@ class TextFollower:
         self._seen = Seen()
         self._rows = 0
         self._skip = self.mapping.skip_samples
+        self._stamps: dict[str, StampReader] = {}
 
     @property
     def run_name(self) -> str:
@@ -213,7 +215,7 @@ class TextFollower:
             return
         columns = [c for s in plan.signals for c in s.channels]
         clock = plan.clock.channel
-        wanted = list(dict.fromkeys([*columns, *([clock] if clock else []), *plan.labels.values()]))
+        wanted = list(dict.fromkeys([*columns, *plan.clock.channels, *plan.labels.values()]))
         bad: list[int] = []
 
         def skip(row: object) -> str:
@@ -234,11 +236,13 @@ class TextFollower:
         n = table.num_rows
         first = min(self._skip, n)
         self._skip -= first
-        number = {c: _numbers(table.column(c), layout.decimal) for c in dict.fromkeys([*columns, *([clock] if clock else [])])}
+        number = {c: self._read_column(c, table) for c in dict.fromkeys([*columns, *plan.clock.channels])}
         if plan.clock.rate_hz is not None:
             time = (np.arange(n) + self._rows) / plan.clock.rate_hz
         else:
             time = _linear(number[str(clock)], plan.clock.convert)
+            if plan.clock.fraction is not None:
+                time = time + plan.clock.fraction_s * number[plan.clock.fraction]
         self._rows += n
         signals = {"time_s": time[first:]}
         for s in plan.signals:
@@ -246,6 +250,13 @@ class TextFollower:
                 signals[s.target] = _linear(s.recorded(number), s.convert)[first:]
         labels = {k: table.column(c).to_pylist()[first:] for k, c in plan.labels.items()}
         yield from self._pieces(signals, labels)
+
+    def _read_column(self, name: str, table: pa.Table) -> np.ndarray:
+        """Return the numbers of a column, or the times that it holds as text; NaN where a cell holds none."""
+        if not self._layout.stamps[self._layout.names.index(name)]:
+            return _numbers(table.column(name), self._layout.decimal)
+        reader = self._stamps.setdefault(name, StampReader())
+        return np.array([_time(reader, c) for c in table.column(name).to_pylist()])
 
     def _pieces(self, signals: dict[str, np.ndarray], labels: dict[str, list[str | None]]) -> Iterator[Run]:
         """Yield the rows of each run; rows of several runs may take turns."""
@@ -294,6 +305,8 @@ def _plain(body: bytes, layout: TextLayout) -> bytes:
     except UnicodeDecodeError:
         # labels in an older encoding, or damaged: shown as well as they can be; a number with such a byte is none
         body = body.decode("utf-8", "replace").encode()
+    if layout.forms is not None:
+        body = layout.forms.undone(body)
     if layout.comment:
         body = re.sub(rb"(?m)^[ \t]*" + re.escape(layout.comment.encode()) + rb".*$", b"", body)
     if layout.delimiter == SPACES:
@@ -322,6 +335,13 @@ def _numbers(column: pa.ChunkedArray, decimal: str) -> np.ndarray:
 def _number(cell: str | None) -> float:
     try:
         return float(cell) if cell is not None and "_" not in cell else float("nan")
+    except ValueError:
+        return float("nan")
+
+
+def _time(reader: StampReader, cell: str | None) -> float:
+    try:
+        return float(reader.seconds([cell or ""])[0])
     except ValueError:
         return float("nan")
 

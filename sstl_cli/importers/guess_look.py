@@ -16,14 +16,14 @@ from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_clocks import Clocks, with_own_clocks
 from sstl_cli.importers.guess_labels import LabelColumn, label_columns, label_names, rows_of_first, runs_in
-from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, with_marks
+from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, two_units, with_marks
 from sstl_cli.importers.guess_names import Said, contradicted, said, time_unit
 from sstl_cli.importers.guess_rates import named_rate, rate_held
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
 from sstl_cli.importers.guess_time import TimeGuess, even, guess_time, runs_forward, trimmed
 from sstl_cli.importers.guess_words import QUANTITY_OF, words
-from sstl_cli.importers.text import OR_ELSEWHERE, WITHOUT_ARROW, WITHOUT_UNITS, arrow_in, grouped_in, united_in
+from sstl_cli.importers.text import OR_ELSEWHERE, grouped_in
 from sstl_cli.importers.text_cells import WITHOUT_MARKS
 from sstl_cli.importers.text_header import unit_in
 from sstl_cli.importers.text_layout import layout_of
@@ -59,7 +59,7 @@ class Look:
     @property
     def used(self) -> set[str]:
         """Names of the clock and the tensions."""
-        return {n for n in (self.time.channel, *(s.name for s in (*self.roles.first, *self.roles.second))) if n}
+        return {n for n in (self.time.channel, self.time.fraction, *(s.name for s in (*self.roles.first, *self.roles.second))) if n}
 
 
 def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
@@ -79,6 +79,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     told = {x.column for x in labels}
     channels = [c for c in channels if c.name.removeprefix(prefix) not in told]
     data = {n: v for n, v in data.items() if n not in told}
+    _refuse_two_units(chosen, path, found)
     if len(data) < 2:
         raise _too_few(chosen, path, found)
     _refuse_grouped(chosen, path, found)
@@ -100,6 +101,8 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     if not own:
         tensions = [s.name for s in (*roles.first, *roles.second)]
         table = chosen.ID in ("text", "parquet")
+        if time.channel is not None and time.fraction:
+            one = {**one, time.channel: one[time.channel] + time.fraction_s * one[time.fraction]}
         clocks = with_own_clocks(names, one, time, tensions, table, lambda s: guess_time([s], {s.name: trimmed(one[s.name])}, []))
         time = clocks.time
     clock = own.get(roles.first[0].name) if roles.first else None
@@ -121,6 +124,14 @@ def _refuse_grouped(chosen: Format, path: Path, found: list[Channel]) -> None:
         if channel.text and said(channel.name, channel.unit).tension and (cell := grouped_cell(path, channel.name)):
             what = f"column '{printable(channel.name)}' holds {cell!r}, not a number"
             raise SstlError(what, where=str(path), fix=WITHOUT_MARKS, code="E328")
+
+
+def _refuse_two_units(chosen: Format, path: Path, found: list[Channel]) -> None:
+    """Raise SstlError for a column of text that is named as a tension and holds numbers with a unit that changes."""
+    for channel in found if chosen.ID == "text" else ():
+        if channel.text and said(channel.name, channel.unit).tension and (two := two_units(path, channel.name)):
+            what = f"column '{printable(channel.name)}' holds {two[0]!r} and {two[1]!r}: the unit behind its numbers changes"
+            raise SstlError(what, where=str(path), fix="write all of it in one unit", code="E328")
 
 
 def _of_thousands(chosen: Format, path: Path, error: SstlError) -> SstlError:
@@ -147,6 +158,8 @@ def _refuse_long(path: Path, found: list[Channel], moving: list[Said]) -> None:
 def _said(channel: Channel, chosen: Format) -> Said:
     """Return what the name of a channel says, or its label where it has one."""
     called = channel.label or channel.name
+    if channel.stamps:
+        return replace(said(called), name=channel.name, quantity="time", unit="s", strange="", stamped=True)
     apart = "" if chosen.ID == "text" and channel.unit == unit_in(called) else channel.unit
     one = replace(said(called, apart), name=channel.name)
     if apart and (other := contradicted(one, said(called))):
@@ -191,10 +204,6 @@ def _too_few(chosen: Format, path: Path, found: list[Channel]) -> SstlError:
     fix = "check the file; if the table begins elsewhere, give a mapping with [text] skip_rows and header"
     if grouped := grouped_in(path):
         fix = f"{WITHOUT_MARKS} (it holds {grouped!r})"
-    if united := united_in(path):
-        fix = f"{WITHOUT_UNITS} (it holds {united!r})"
-    if arrow := arrow_in(path):
-        fix = f"{WITHOUT_ARROW} (it holds {arrow!r})"
     return SstlError(what, where=str(path), fix=fix, code="E333")
 
 

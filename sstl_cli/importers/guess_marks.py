@@ -10,6 +10,7 @@ from pathlib import Path
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.text import first_rows
 from sstl_cli.importers.text_cells import grouped_sign, is_missing
+from sstl_cli.importers.text_forms import is_united
 
 ROWS = 2_000
 # no leading zero, and three digits behind the one mark; smaller numbers have none
@@ -48,6 +49,16 @@ def grouped_cell(path: Path, name: str) -> str:
     """Return the first cell of a column of text that is a number with a mark between its thousands and a decimal one, an empty text where none is."""
     cell = next((c for c in _columns(path).get(name, []) if grouped_sign(c)), "")
     return re.sub(r"[\u00a0\u202f\u2009]", " ", cell)
+
+
+def two_units(path: Path, name: str) -> tuple[str, str] | None:
+    """Return the first two cells of a column with another unit behind their numbers, None where there are none."""
+    first: dict[str, str] = {}
+    for cell in _columns(path).get(name, []):
+        if is_united(cell):
+            first.setdefault(re.sub(r"^[^A-Za-z%°]*", "", cell), cell)
+    cells = list(first.values())
+    return (cells[0], cells[1]) if len(cells) > 1 else None
 
 
 def thousands(path: Path) -> tuple[str, str]:

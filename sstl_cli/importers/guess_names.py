@@ -56,7 +56,8 @@ _SAFE_TAIL = {
 class Said:
     """What a name says; empty where it says nothing.
 
-    ``unit`` is a known unit, ``strange`` the text of one that is not, ``doubt`` a question that the file raises about the channel.
+    ``unit`` is a known unit, ``strange`` the text of one that is not, ``doubt`` a question that the file raises about the channel;
+    ``stamped`` says that it holds times written as text.
     """
 
     name: str
@@ -67,6 +68,7 @@ class Said:
     unit: str = ""
     strange: str = ""
     doubt: str = ""
+    stamped: bool = False
 
     @property
     def unmeasured(self) -> str:

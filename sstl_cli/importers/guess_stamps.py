@@ -20,10 +20,10 @@ DAY_S = 86_400.0
 # a number with its unit in one cell, as a table of times is written
 _SPOKEN = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*([^\W\d_]+)\.?")
 # minutes and seconds as spreadsheets show them; a time of day would have no fraction there
-_MINUTES = re.compile(r"(\d{1,3}):(\d\d[.,]\d+)")
+MINUTES = re.compile(r"(\d{1,3}):(\d\d[.,]\d+)")
 # a time of day, or one since the start; a date may stand in front of it
-_CLOCK = re.compile(
-    r"(?:(\d{1,4})([./-])(\d{1,2})\2(\d{1,4})(?:[T ]|, ?)\s*)?(\d{1,3}):(\d\d):(\d\d(?:[.,]\d+)?)(?:\s*([ap])\.?m\.?)?", re.IGNORECASE
+CLOCK = re.compile(
+    r"(?:(\d{1,4})([./-])(\d{1,2})\2(\d{1,4})(?:[T ]|, ?)\s*)?(\d{1,3}):(\d\d):(\d\d(?:[.,:]\d+)?)(?:\s*([ap])\.?m\.?)?", re.IGNORECASE
 )
 _DATE = re.compile(r"\s*\d+[./-]\d+[./-]\d")
 # which of a date's three numbers are year, month and day
@@ -88,11 +88,11 @@ def _seconds(texts: Sequence[str]) -> list[Array]:
     spoken = [_number(m[1]) * unit_of(UNIT_WORDS.get(m[2].lower(), m[2]))[1] for m in numbers if m and is_time(m[2])]
     if len(spoken) == len(texts):
         return [np.array(spoken)]
-    if all(minutes := [_MINUTES.fullmatch(t) for t in texts]):
+    if all(minutes := [MINUTES.fullmatch(t) for t in texts]):
         return [np.array([60.0 * int(m[1]) + _number(m[2]) for m in minutes if m])]
-    clocks = [m for m in map(_CLOCK.fullmatch, texts) if m]
+    clocks = [m for m in map(CLOCK.fullmatch, texts) if m]
     if len(clocks) == len(texts) and len({bool(m[1]) for m in clocks}) == 1:
-        times = np.array([_of_day(m) for m in clocks])
+        times = np.array([of_day(m) for m in clocks])
         return [days * DAY_S + times for days in _days(clocks)]
     try:
         # with a zone of time, or without colons; a time of day alone is that of any day
@@ -104,10 +104,10 @@ def _seconds(texts: Sequence[str]) -> list[Array]:
 
 
 def _number(text: str) -> float:
-    return float(text.replace(",", "."))
+    return float(re.sub("[,:]", ".", text))
 
 
-def _of_day(clock: re.Match[str]) -> float:
+def of_day(clock: re.Match[str]) -> float:
     """Return the seconds that hours, minutes and seconds are."""
     hours, half = int(clock[5]), (clock[8] or "").lower()
     return 3600.0 * (hours % 12 + 12 * (half == "p") if half else hours) + 60.0 * int(clock[6]) + _number(clock[7])
@@ -119,13 +119,7 @@ def _days(clocks: list[re.Match[str]]) -> list[Array]:
     if len(set(dates)) == 1:
         # within a day the order does not matter
         return [np.zeros(len(dates))]
-    first, _, last = dates[0]
-    if len(first) == 4:
-        orders = [_YEAR_FIRST]
-    elif clocks[0][2] == ".":
-        orders = [_DAY_FIRST]
-    else:
-        orders = [_DAY_FIRST, _MONTH_FIRST, *([] if len(last) == 4 else [_YEAR_FIRST])]
+    orders = date_orders(dates[0], clocks[0][2])
     out = []
     for year, month, day in orders:
         try:
@@ -134,3 +128,13 @@ def _days(clocks: list[re.Match[str]]) -> list[Array]:
             # no such date: it is not written in this order
             continue
     return [days - days[0] for days in out]
+
+
+def date_orders(parts: Sequence[str], mark: str) -> list[tuple[int, int, int]]:
+    """Return which of the three numbers of a date, with a mark between them, may be year, month and day."""
+    first, _, last = parts
+    if len(first) == 4:
+        return [_YEAR_FIRST]
+    if mark == ".":
+        return [_DAY_FIRST]
+    return [_DAY_FIRST, _MONTH_FIRST, *([] if len(last) == 4 else [_YEAR_FIRST])]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.units import unit_of
+from sstl_cli.importers.guess_fractions import Parts, in_parts
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_stamps import GAP, Stated, is_time
 from sstl_cli.importers.guess_words import NO_CLOCK, UNIT_CELLS, words
@@ -37,23 +38,22 @@ DAYTIME = (10_000.0, 240_000.0)
 FORWARD = 0.98
 # of the samples that share a tick of a rounded clock, how far their number may differ
 ROUNDED_SHARE, EVEN_SHARE = 0.2, 0.01
+# of the stamps of samples that share one with another, how many are no chance
+SHARED = 0.1
 # of the steps of a channel that is not named as time, how many may be none
 SWITCHED = 0.9
 EPOCH_WORDS = words("epoch unix unixtime posix")
-# of a clock in two columns, the words for the one that holds the parts of a second
-PARTS = {
-    1e-9: words("nanosec nanosecs nanosecond nanoseconds nsec nsecs nanos ns"),
-    1e-6: words("microsec usec usecs micros microseconds us"),
-}
 
 
 @dataclass(frozen=True)
 class TimeGuess:
-    """The line of a mapping for ``time_s``, the channel it names (None: none), and the reasons."""
+    """The line of a mapping for ``time_s``, the channel it names (None: none), the reasons, and the channel of the parts of a second."""
 
     line: str
     channel: str | None
     reasons: tuple[str, ...]
+    fraction: str = ""
+    fraction_s: float = 0.0
 
 
 def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stated: Stated | None = None) -> TimeGuess:
@@ -86,19 +86,29 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
     anew = "begins anew: an import begins another run there; unwrap it in the file to keep one"
     reasons += [f"'{s.name}' counts to {wraps[s.name][1]} and {anew}" for s in clocks if s.name in wraps]
     if named:
-        # of several the one that tells samples apart; then the sender's own stamp; then the first of the file
+        # of several the one that tells samples apart; then numbers before times in text; then the sender's own stamp; then the first of the file
         best = min(
-            named, key=lambda s: (_goes_back(data[s.name]), repeats(data[s.name]) > 0.5, "header" not in s.words, repeats(data[s.name]) > 0)
+            named,
+            key=lambda s: (
+                _goes_back(data[s.name]),
+                repeats(data[s.name]) > 0.5,
+                s.stamped,
+                "header" not in s.words,
+                repeats(data[s.name]) > 0,
+            ),
         )
         told = _ms_or_s(data[best.name], names, data, stated)
-        if (parts := _in_parts(best, names, data)) is not None:
-            return _by_rate(parts, reasons)
+        if (parts := in_parts(best, names, data)) is not None:
+            return _of_parts(best, parts, reasons)
         if (finer := _rounded(best, names, data)) is not None:
             return _by_rate(finer, reasons)
         if len(named) > 1:
             others = ", ".join(f"'{s.name}'" for s in named if s is not best)
             reasons.append(f"time_s: '{best.name}' of several clocks ({others} too)")
         return _of(best, data[best.name], reasons, told, stated)
+    for one in (s for s in forward if not s.quantity and _epoch(data[s.name]) == "s"):
+        if (parts := in_parts(one, names, data, named=False)) is not None:
+            return _of_parts(one, parts, reasons, f"are '{one.name}' and '{parts.name}' the seconds and their fraction?")
     # a signal that is switched runs forward where it is switched once
     steady = [s for s in clocks if even(data[s.name]) and repeats(data[s.name]) <= SWITCHED]
     if steady:
@@ -124,7 +134,7 @@ def _by_rate(stated: Stated, reasons: list[str]) -> TimeGuess:
 
 
 def _of(best: Said, values: Array, reasons: list[str], told: str, stated: Stated | None, sure: bool = True) -> TimeGuess:
-    unit, scale, question, why = _unit(best, values, told)
+    unit, scale, question, why = ("s", 1.0, "", "times written as text, read in s") if best.stamped else _unit(best, values, told)
     question = question or _against(values, unit_of(unit)[1] * scale, stated)
     if not sure:
         question = question or "is this the time, and in this unit?"
@@ -137,11 +147,23 @@ def _of(best: Said, values: Array, reasons: list[str], told: str, stated: Stated
     reasons.append(f"time_s: '{best.name}' runs forward in {100 * np.mean(steps >= 0):.1f} % of the steps; {why}")
     if _goes_back(values):
         mark = mark or MARK + "it runs back at times: is it one part of a clock, such as its nanoseconds?"
+    if best.stamped and repeated > SHARED:
+        mark = mark or MARK + f"{100 * repeated:.0f} % of the samples share the stamp of another: is there a finer clock, or a rate?"
     if repeated > 0.9:
         mark = mark or MARK + "it repeats in most steps: is there a finer clock, or a rate?"
     if repeated:
         reasons.append(f"time repeats in {100 * repeated:.0f} % of the steps: the last of a tick is kept")
     return TimeGuess(f'time_s = {{ column = {name}, unit = "{unit}"{extra} }}{mark}', best.name, tuple(reasons))
+
+
+def _of_parts(best: Said, parts: Parts, reasons: list[str], ask: str = "") -> TimeGuess:
+    """Return a clock of whole seconds and of what another channel tells of a second."""
+    first, second = (json.dumps(n, ensure_ascii=False) for n in (best.name, parts.name))
+    reasons.append(
+        f"time_s: '{best.name}' holds whole seconds and '{parts.name}' their parts in {parts.unit}; the sum runs forward in every step"
+    )
+    line = f'time_s = {{ column = {first}, unit = "s", fraction = {second}, fraction_unit = "{parts.unit}" }}{MARK + ask if ask else ""}'
+    return TimeGuess(line, best.name, tuple(reasons), parts.name, parts.size_s)
 
 
 def _against(values: Array, size: float, stated: Stated | None) -> str:
@@ -219,26 +241,6 @@ def is_epoch(values: Array) -> bool:
 def _named_epoch(one: Said, values: Array) -> bool:
     """Return whether a channel is unix time by its name and its values."""
     return bool(EPOCH_WORDS.intersection(one.words)) and bool(_epoch(values))
-
-
-def _in_parts(best: Said, names: list[Said], data: dict[str, Array]) -> Stated | None:
-    """Return the step of a clock of whole seconds and of a column with the parts of a second, None where it is none."""
-    seconds = data[best.name]
-    if repeats(seconds) <= 0.5 or not np.all(seconds == np.round(seconds)):
-        return None
-    for one in names:
-        scale = next((x for x, known in PARTS.items() if known.intersection(one.words)), 0.0)
-        values = data.get(one.name, np.empty(0))
-        if not scale or one is best or len(values) != len(seconds) or not (values >= 0).all() or (scale * values >= 1).any():
-            continue
-        steps = np.diff(seconds) + scale * np.diff(values)
-        if (steps > 0).all():
-            usual = float(np.median(steps))
-            gaps = steps[steps > GAP * usual]
-            step = float(f"{np.mean(steps[steps <= GAP * usual]):.6g}")
-            by = f"'{best.name}' and '{one.name}' are two parts of one clock (a column with '{best.name}' + {scale:g} '{one.name}' would be read)"
-            return Stated(step, by, len(gaps), float(max(gaps, default=0.0)))
-    return None
 
 
 def _rounded(best: Said, names: list[Said], data: dict[str, Array]) -> Stated | None:

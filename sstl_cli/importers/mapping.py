@@ -51,6 +51,8 @@ class Source(Model):
     time_unit: str = "s"
     time_scale: float = Field(default=1.0, gt=0)
     time_offset: float = 0.0
+    fraction: Reference | None = None
+    fraction_unit: str = "ns"
     rate_hz: float | None = Field(default=None, gt=0)
     file: str | None = None
 
@@ -70,7 +72,7 @@ class Source(Model):
         if self.zeros is not None and (several is None or len(self.zeros) != len(several)):
             raise ValueError("zeros are the readings at no load of the channels of minus or norm, one each")
         # an output that is no tension may be in any unit: its numbers are kept
-        for unit in filter(None, (self.time_unit, "" if self.as_ is not None else self.unit)):
+        for unit in filter(None, (self.time_unit, self.fraction_unit, "" if self.as_ is not None else self.unit)):
             unit_of(unit)
         if self.as_ is not None and not (0 < len(self.unit) <= 24 and self.unit.isprintable()):
             raise ValueError('as = "N" needs the unit of what the channel is, such as unit = "deg"')
@@ -205,6 +207,9 @@ def mapping_of(document: dict[str, Any], where: str) -> Mapping:
             raise SstlError(f"'{name}' cannot be a rate", where=where, fix="rate_hz belongs to time_s", code="E331")
         if source.several and (name in LABELS or name == "time_s"):
             raise SstlError(f"'{name}' cannot be made of several channels", where=where, fix="name one column", code="E331")
+        if source.fraction is not None and (source.column is None if name == "time_s" else source.time is None):
+            fix = "fraction belongs to the column of time_s, or to the time of a channel with a clock of its own"
+            raise SstlError(f"'fraction' on {name}", where=where, fix=fix, code="E331")
         if source.as_ is not None and (name not in TENSIONS or source.as_ != "N"):
             raise SstlError(
                 f"'as = {source.as_!r}' on {name}",

@@ -213,8 +213,25 @@ def _clock_of(time: Source | None, first: Source | None, find: Finder) -> TimeBa
     source = time or Source(column="time_s")
     file, channel = find.channel(source, "time_s")
     unit = source.unit or (channel.unit if is_unit(channel.unit) and unit_of(channel.unit)[0] == "time" else "s")
+    _require_seconds(channel, unit, find)
     made = conversion(unit, "time", gain=source.gain, offset=source.offset, sign=source.sign, where="time_s")
-    return TimeBase(file, channel.name, _scaled(made, source.scale))
+    return _with_fraction(TimeBase(file, channel.name, _scaled(made, source.scale)), source, find)
+
+
+def _require_seconds(channel: Channel, unit: str, find: Finder) -> None:
+    """Raise SstlError where times written as text shall be counted in another unit than the seconds they are read in."""
+    if channel.stamps and unit_of(unit) != unit_of("s"):
+        what = f"time_s: '{channel.name}' holds times as text, which are read in s, and its unit is given as {unit}"
+        raise SstlError(what, where=find.where, fix='write unit = "s"', code="E302")
+
+
+def _with_fraction(clock: TimeBase, source: Source, find: Finder) -> TimeBase:
+    """Return a clock with the channel that tells its parts of a second, where its source names one."""
+    if source.fraction is None:
+        return clock
+    where = re.escape(find.files[clock.file].path.name) + "$"
+    _, channel = find.find(source.fraction, "fraction", where if len(find.files) > 1 else None)
+    return replace(clock, fraction=channel.name, fraction_s=conversion(source.fraction_unit, "time", where="fraction").factor)
 
 
 def _scaled(made: Linear, scale: float) -> Linear:
@@ -231,8 +248,9 @@ def _own_clock(source: Source, find: Finder, found: tuple[int, Channel] | None) 
     assert source.time is not None
     file = source.file if source.file else (re.escape(find.files[found[0]].path.name) + "$" if found else None)
     at, channel = find.find(source.time, "time", file)
+    _require_seconds(channel, source.time_unit, find)
     made = conversion(source.time_unit, "time", offset=source.time_offset, where="time")
-    return TimeBase(at, channel.name, _scaled(made, source.time_scale))
+    return _with_fraction(TimeBase(at, channel.name, _scaled(made, source.time_scale)), source, find)
 
 
 def _signal(target: str, source: Source, dimension: str | None, find: Finder, clock: TimeBase, notes: list[str]) -> Signal:
@@ -256,7 +274,8 @@ def _signal(target: str, source: Source, dimension: str | None, find: Finder, cl
         name = channel.time or (clock.channel or "")
         if name not in {c.name for c in find.files[file].channels}:
             raise find.without_time(target, file)
-        clock = TimeBase(file, name, clock.convert)
+        # a file of the same channels has its own copy of the clock
+        clock = replace(clock, file=file) if name == clock.channel else TimeBase(file, name, clock.convert)
     convert = _scaled(_convert(target, source, channel, dimension, notes), source.scale)
     names = tuple(c.name for _, c in found)
     return Signal(target, file, names, convert, clock, source.norm is not None, source.zeros or ())

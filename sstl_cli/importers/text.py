@@ -17,8 +17,9 @@ from sstl_cli.importers.base import Block, Channel, Layout, Notes
 from sstl_cli.importers.text_cells import GROUPED, MINUS, MISSING, SPACES, WITHOUT_MARKS, cut, grouped_sign
 from sstl_cli.importers.text_file import opened
 from sstl_cli.importers.text_footer import footer_of
-from sstl_cli.importers.text_header import stated_unit
+from sstl_cli.importers.text_forms import WITHOUT_UNITS
 from sstl_cli.importers.text_layout import MAX_LINE_BYTES, TextLayout, as_text, layout_of
+from sstl_cli.importers.text_stamps import StampReader
 
 ID = "text"
 TITLE = "CSV, TSV or whitespace text"
@@ -29,11 +30,8 @@ OR_ELSEWHERE = "if this mark is the decimal one, it is another column that has m
 # the blanks that a spreadsheet writes between thousands, which are also cut at as blanks
 _NARROW = re.compile(r"[+-]?\d{1,3}(?:[\u00a0\u202f\u2009]\d{3})+(?:[.,]\d*)?")
 AGAIN = "the header stands there again, as of a recorder that began anew: split the file there"
-# Arduino's serial monitor: 14:03:21.050 -> 102997,31540
-ARROW = "->"
-_UNITED = re.compile(r"(?:^|[;,\t])[ \"]*([+-]?\d+(?:[.,]\d+)?\s*([^\W\d_]+))[ \"]*(?=[;,\t]|$)")
-WITHOUT_UNITS = "write numbers without the unit behind them, and the unit once in the column's name"
-WITHOUT_ARROW = "write the delimiter in place of the serial monitor's '->', or switch its timestamps off"
+# 2.03 lbf among numbers with another unit, or without
+_UNITED = re.compile(r"[+-]?\d+(?:[.,]\d+)?\s*[^\W\d_]+")
 _TOO_LONG = f"a line is longer than {MAX_LINE_BYTES >> 20} MiB"
 
 
@@ -48,7 +46,8 @@ def sniff(head: bytes, path: Path) -> bool:
 def channels(path: Path, layout: Layout) -> list[Channel]:
     """Return the columns of the text: names from its header, else ``col1`` to ``colN``."""
     found = layout_of(path, layout)
-    return [Channel(n, None, u, text=t) for n, u, t in zip(found.names, found.units, found.text, strict=True)]
+    table = zip(found.names, found.units, found.text, found.stamps, strict=True)
+    return [Channel(n, None, "s" if stamps else u, text=t, stamps=stamps) for n, u, t, stamps in table]
 
 
 def require_once(name: str, names: Collection[str], where: str) -> None:
@@ -72,7 +71,8 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
     """
     found = layout_of(path, layout)
     wanted = list(dict.fromkeys([*numbers, *labels]))
-    types = {n: pa.float64() for n in numbers} | {n: pa.binary() for n in labels if n not in numbers}
+    stamps = [n for n, stamped in zip(found.names, found.stamps, strict=True) if stamped and n in numbers]
+    types = {n: pa.binary() if n in stamps else pa.float64() for n in numbers} | {n: pa.binary() for n in labels if n not in numbers}
     delimiter = "\t" if found.delimiter == SPACES else found.delimiter
     # a lone quote can only be damage where every wanted cell is a number
     parse = pc.ParseOptions(delimiter=delimiter, ignore_empty_lines=True, quote_char='"' if found.delimiter != SPACES else False)
@@ -93,6 +93,7 @@ def _blocks(
     with opened(path) as file:
         file.seek(found.first_byte)
         footer = footer_of(path, found)
+        stamps = {n: StampReader() for n, stamped in zip(found.names, found.stamps, strict=True) if stamped and n in numbers}
         notes.aside(f"rows of statistics below the samples ({', '.join(footer.names)})", len(footer.names))
         for raw, offset, last in _pieces(file, found, path, footer.end):
             position = file.tell()
@@ -101,9 +102,19 @@ def _blocks(
                 body = _whole_lines(body, found, notes)
             if body.strip():
                 table = _parse(body, found, parse, convert, path, offset)
-                block = {n: _numbers(table.column(n)) for n in numbers}
+                try:
+                    block = {n: stamps[n].seconds(_texts(table.column(n))) if n in stamps else _numbers(table.column(n)) for n in numbers}
+                except ValueError as error:
+                    raise _no_time(str(error), body, path, _line_at(path, found, offset)) from None
                 block |= {n: _strings(table.column(n)) for n in labels if n not in numbers}
                 yield Block(block, position)
+
+
+def _no_time(cell: str, body: bytes, path: Path, line: int) -> SstlError:
+    """Return the error of a cell that is no time in a column of times written as text; ``line`` is the number of the first line of its block."""
+    line += next((i for i, raw in enumerate(body.split(b"\n")) if cell in as_text(raw)), 0)
+    what = f"holds {printable(cell[:40])!r} in a column of times"
+    return SstlError(what, where=f"{path}, line {line}", fix="correct the value, or leave it empty for 'not measured'", code="E328")
 
 
 def _pieces(file: IO[bytes], found: TextLayout, path: Path, stop: int) -> Iterator[tuple[bytes, int, bool]]:
@@ -151,7 +162,9 @@ def _line_at(path: Path, found: TextLayout, offset: int) -> int:
 
 
 def _normal(body: bytes, found: TextLayout) -> bytes:
-    """Return the block without comment lines and, for whitespace text, with one tab between columns."""
+    """Return the block as plain cells without comment lines and, for whitespace text, with one tab between columns."""
+    if found.forms is not None:
+        body = found.forms.undone(body)
     if found.comment and found.comment.encode() in body:
         body = re.sub(rb"(?m)^[ \t]*" + re.escape(found.comment.encode()) + rb".*$", b"", body)
     if MINUS.encode() in body:
@@ -227,19 +240,6 @@ def grouped_in(path: Path) -> str:
     return next((_blanks(c) for c in _first_cells(path) if grouped_sign(c)), "")
 
 
-def arrow_in(path: Path) -> str:
-    """Return the first cell in which a serial monitor's clock and an arrow stand before the value, '' where none has one."""
-    return next((c for c in _first_cells(path) if ARROW in c), "")
-
-
-def united_in(path: Path) -> str:
-    """Return the first cell of a text log in which a unit stands behind a number, '' where none has one."""
-    with opened(path) as file:
-        lines = as_text(file.read(MAX_LINE_BYTES)).splitlines()
-    # blanks would cut a number from its unit
-    return next((m[1] for line in lines for m in _UNITED.finditer(line) if stated_unit(m[2])), "")
-
-
 def _first_cells(path: Path) -> Iterator[str]:
     """Yield the cells of the beginning of a text log."""
     return (c for row in first_rows(path)[1] for c in row)
@@ -250,7 +250,8 @@ def first_rows(path: Path) -> tuple[tuple[str, ...], Iterator[list[str]]]:
     found = layout_of(path, Layout())
     with opened(path) as file:
         file.seek(found.first_byte)
-        lines = file.read(BLOCK_BYTES).split(found.line_end)
+        body = file.read(BLOCK_BYTES).replace(found.line_end, b"\n")
+    lines = (found.forms.undone(body) if found.forms is not None else body).split(b"\n")
     return found.names, ([c.strip() for c in cut(as_text(line), found.delimiter)] for line in lines)
 
 
@@ -263,8 +264,8 @@ def _how_to_mend(cell: str) -> str:
     if GROUPED.fullmatch(cell.strip()):
         # 6,589 may be 6.589 where the marks between thousands are those of another column
         return WITHOUT_MARKS if grouped_sign(cell.strip()) or not re.search(r"[.,]", cell) else f"{WITHOUT_MARKS}; {OR_ELSEWHERE}"
-    if ARROW in cell:
-        return WITHOUT_ARROW
+    if _UNITED.fullmatch(cell.strip()):
+        return WITHOUT_UNITS
     return "correct the value, or leave it empty for 'not measured'"
 
 
@@ -282,6 +283,11 @@ def _readable(cell: str, decimal: str) -> bool:
 
 def _numbers(column: pa.ChunkedArray) -> np.ndarray:
     return np.asarray(column.to_numpy(), np.float64)
+
+
+def _texts(column: pa.ChunkedArray) -> Iterator[str]:
+    """Yield the cells of a column of text, an empty text where nothing stands."""
+    return (v or "" for v in _strings(column).to_pylist())
 
 
 def _strings(column: pa.ChunkedArray) -> pa.Array:

@@ -13,7 +13,9 @@ from sstl_cli.importers.guess_words import SIGNS
 from sstl_cli.importers.instruments import Measured, labview, oscilloscope, rate_said, stated_by
 from sstl_cli.importers.text_cells import MINUS, SPACES, WITHOUT_MARKS, cut, grouped_sign, is_missing, is_number
 from sstl_cli.importers.text_file import opened
-from sstl_cli.importers.text_header import COMMENTS, names_and_units, numbered, stated_unit, table_in
+from sstl_cli.importers.text_forms import NAME_OF_STAMP, Forms, forms_of, is_united
+from sstl_cli.importers.text_header import COMMENTS, names_and_units, numbered, stated_unit, table_in, unit_in
+from sstl_cli.importers.text_stamps import are_stamps
 
 MAX_LINE_BYTES = 1 << 20
 SAMPLE_LINES = 40
@@ -26,7 +28,10 @@ _COMMA_NUMBER = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?$")
 
 @dataclass(frozen=True)
 class TextLayout:
-    """Delimiter (one character, or ``space``), names, units and first data line of a text log, and the sampling period that its header states."""
+    """Delimiter (one character, or ``space``), names, units and first data line of a text log, and the sampling period that its header states.
+
+    ``text`` says which columns hold no numbers, ``stamps`` which of numbers are times written as text, ``forms`` what is written beside plain cells.
+    """
 
     delimiter: str
     decimal: str
@@ -39,6 +44,8 @@ class TextLayout:
     line_end: bytes
     text: tuple[bool, ...]
     step_s: float = math.nan
+    stamps: tuple[bool, ...] = ()
+    forms: Forms | None = None
 
 
 def layout_of(path: Path, wanted: Layout) -> TextLayout:
@@ -60,7 +67,10 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     if all(x.strip().startswith("{") and x.rstrip(" ,\t").endswith("}") for x in data):
         fix = "write it as CSV, with one column for each name"
         raise SstlError("holds JSON, one record a line, which is not read", where=str(path), fix=fix, code="E323")
-    delimiter = _NAMED.get(wanted.delimiter or "", wanted.delimiter or "") or _delimiter(data)
+    forms = _forms(sample, data) if wanted.delimiter is None else None
+    if forms is not None:
+        sample, data = [forms.line(x) for x in sample], [forms.line(x) for x in data]
+    delimiter = forms.delimiter if forms is not None else _NAMED.get(wanted.delimiter or "", wanted.delimiter or "") or _delimiter(data)
     stated = stated_by(sample, lambda line: cut(line, delimiter)) if wanted.header is None else None
     begin = None
     if stated is not None:
@@ -75,9 +85,10 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     width = len(head.first)
     if width > MAX_CHANNELS:
         raise SstlError(f"has {width} columns", where=str(path), fix=f"at most {MAX_CHANNELS} are read", code="E324")
-    names, units, named = names_and_units(head.texts, width, delimiter, path)
     if stated is not None and len(stated.names) == width:
         names, units, named = numbered(stated.names), stated.units, True
+    else:
+        names, units, named = _named(head, forms, delimiter, path)
     above = [as_text(x) for x in lines[wanted.skip_rows : at]]
     if header > wanted.skip_rows:
         measured = labview([as_text(x) for x in lines[:header]], lambda line: cut(line, delimiter))
@@ -85,9 +96,46 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
         measured = Measured(oscilloscope(above, lambda line: cut(line, delimiter)))
     units = tuple(stated or own for stated, own in zip(_known(measured.units, width), units, strict=True))
     step = measured.step_s if math.isfinite(measured.step_s) else rate_said(above)
-    text = tuple(not is_number(c) and not is_missing(c) for c in head.first)
+    stamps = _stamps(head.first, [cut(line, delimiter) for line in data])
+    text = tuple(not is_number(c) and not is_missing(c) and not stamp for c, stamp in zip(head.first, stamps, strict=True))
     position = start + sum(len(line) + len(line_end) for line in lines[:at])
-    return TextLayout(delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text, step)
+    return TextLayout(delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text, step, stamps, forms)
+
+
+def _forms(sample: list[str], data: list[str]) -> Forms | None:
+    """Return what is written beside plain cells in the lines of a table, None where nothing is."""
+
+    def header(delimiter: str) -> int:
+        above = (cut(line, delimiter) for line in reversed(sample) if line.strip())
+        return next((len(row) for row in above if not any(map(is_number, row))), 0)
+
+    return forms_of(data, _delimiter, header)
+
+
+def _named(head: _Head, forms: Forms | None, delimiter: str, path: Path) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
+    """Return names and units of the columns: the labels in front of the numbers, else those of the header."""
+    width = len(head.first)
+    if forms is not None and len(forms.names) == width:
+        return forms.names, tuple(stated or unit_in(n) for stated, n in zip(forms.units, forms.names, strict=True)), True
+    texts = head.texts
+    if forms is not None and forms.stamped:
+        # what a program says while it starts has a stamp as well, and is no header
+        texts = [x for x in texts if len(row := cut(x, delimiter)) == width and all(row)]
+    names, units, named = names_and_units(texts, width, delimiter, path)
+    if forms is not None and forms.stamped:
+        names = numbered((NAME_OF_STAMP, *names[1:]))
+    if forms is not None and len(forms.units) == width:
+        units = tuple(stated or own for stated, own in zip(forms.units, units, strict=True))
+    return names, units, named
+
+
+def _stamps(first: list[str], rows: list[list[str]]) -> tuple[bool, ...]:
+    """Return which columns hold times written as text."""
+    odd = [not is_number(c) and not is_missing(c) for c in first]
+    rows = [row for row in rows if len(row) == len(first)]
+    return tuple(
+        o and are_stamps([c, *(row[i] for row in rows if not is_missing(row[i]))]) for i, (c, o) in enumerate(zip(first, odd, strict=True))
+    )
 
 
 def _known(units: tuple[str, ...], width: int) -> list[str]:
@@ -211,7 +259,7 @@ def _delimiter(lines: list[str]) -> str:
         if common < 2 and candidate != ",":
             continue
         cells = [c for line in lines for c in cut(line, candidate)]
-        numeric = sum(is_number(c) or is_missing(c) or grouped_sign(c) != "" for c in cells) / max(len(cells), 1)
+        numeric = sum(is_number(c) or is_missing(c) or grouped_sign(c) != "" or is_united(c) for c in cells) / max(len(cells), 1)
         score = widths.count(common) / len(widths) * (0.2 + numeric) + (0.01 if common > 1 else 0)
         if score > best_score + 1e-9:
             best, best_score = candidate, score

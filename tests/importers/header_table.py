@@ -98,7 +98,7 @@ HEADERS = (
     Header(
         "MATLAB writetimetable",
         "Time,TensionIn_N,TensionOut_N\n" + rows(lambda i: f"{T[i]:.3f} sec", X, Y),
-        (None, None),
+        ("Time", "s"),
         ("TensionIn_N", "N"),
         ("TensionOut_N", "N"),
     ),
@@ -140,7 +140,7 @@ HEADERS = (
     Header(
         "ROS 1 bag to CSV with seconds and nanoseconds apart",
         "header.seq,header.stamp.secs,header.stamp.nsecs,tension_prox,tension_dist\n" + rows(lambda i: str(i), secs, nsecs, X, Y),
-        (None, None),
+        ("header.stamp.secs", "s"),
         ("tension_prox", None),
         ("tension_dist", None),
     ),

@@ -126,7 +126,7 @@ ROS = (
         "ROS 2 joint states",
         "header.stamp.sec,header.stamp.nanosec,position[0],position[1],effort[0],effort[1]\n"
         + rows(lambda i: str(int(EPOCH + T[i])), lambda i: str(round(1e9 * (T[i] % 1))), 0.1 * X, 0.1 * Y, X, Y),
-        ASK,
+        ("header.stamp.sec", "s"),
         ASK,
         ASK,
     ),
@@ -174,7 +174,7 @@ GERMAN = (
     Header(
         "Excel, German, date and time of day",
         "Zeitpunkt;Seilkraft proximal [N];Seilkraft distal [N]\n" + rows(day_and_time, X, Y, sep=";", dec=","),
-        ASK,
+        ("Zeitpunkt", "s"),
         ("Seilkraft proximal [N]", "N"),
         ("Seilkraft distal [N]", "N"),
         "latin-1",
@@ -268,7 +268,7 @@ SPANISH = (
     Header(
         "Excel, Spanish, pounds and a time of day",
         "Hora;Carga motor (lb);Carga extremo (lb)\n" + rows(clock, X / LBF, Y / LBF, sep=";", dec=","),
-        ASK,
+        ("Hora", "s"),
         ("Carga motor (lb)", "lbf"),
         ("Carga extremo (lb)", "lbf"),
     ),

@@ -166,13 +166,6 @@ def test_a_short_clock_with_its_unit_is_a_clock(name: str, unit: str) -> None:
     assert said("T_s_out").quantity != "time" and said("T_in").quantity == "force"
 
 
-def test_names_in_front_of_numbers_are_told(tmp_path: Path) -> None:
-    path = tmp_path / "serial.txt"
-    path.write_text("".join(f"Tin:{i}.0,Tout:{i}.5\n" for i in range(50)))
-    with pytest.raises(SstlError, match=r"name in front of every number \('Tin:.*as a header"):
-        guess([path])
-
-
 def pairs(folder: Path, names: str) -> list[Path]:
     """Write two pairs: unix time and N on the motor's side, milliseconds from zero and mN at the tip."""
     files = []

@@ -25,6 +25,13 @@ def proposed(folder: Path, text: str, encoding: str = "utf-8") -> tuple[dict[str
     return tomllib.loads(found.toml)["columns"], found
 
 
+def times(folder: Path, found: Guess, gap_s: float = 1.0) -> np.ndarray:
+    """Return the times (s) that an import of what is proposed gives."""
+    (folder / "rig.toml").write_text(found.toml.replace("(?)", "") + f"\n[time]\ngap_s = {gap_s}\n")
+    [one] = run([folder / "log.csv"], read_mapping(folder / "rig.toml")).runs
+    return one.time_s
+
+
 def test_a_row_of_units_with_one_of_something_else_is_no_header(tmp_path: Path) -> None:
     text = "Zeit;Kraft_prox;Kraft_dist;Temperatur\ns;mN;mN;°C\n" + rows(T, 1e3 * X, 1e3 * Y, 20 + 0.01 * X, sep=";", dec=",")
     columns, _ = proposed(tmp_path, text)
@@ -59,7 +66,7 @@ def test_a_load_cell_called_by_its_strain_is_a_tension_and_an_error_is_none(tmp_
 
 @pytest.mark.parametrize("step", [0.02, 0.004, 0.25])
 @pytest.mark.parametrize(("separator", "zone"), [("T", "Z"), (" ", ""), ("T", "+02:00")])
-def test_dates_in_text_tell_the_rate_and_ask_for_it(step: float, separator: str, zone: str, tmp_path: Path) -> None:
+def test_dates_in_text_are_the_clock(step: float, separator: str, zone: str, tmp_path: Path) -> None:
     start = datetime(2024, 3, 5, 14, 2, 11, tzinfo=UTC)
     stamps = [
         (start + timedelta(seconds=step * k)).replace(tzinfo=None).isoformat(sep=separator, timespec="milliseconds") + zone
@@ -69,8 +76,8 @@ def test_dates_in_text_tell_the_rate_and_ask_for_it(step: float, separator: str,
         f"{s},{y:.4f},{x:.4f}" for s, y, x in zip(stamps, Y, X, strict=True)
     )
     columns, found = proposed(tmp_path, text + "\n")
-    assert columns["time_s"]["rate_hz"] == pytest.approx(1.0 / step) and "time_s" in {q.target for q in found.questions}
-    assert any("dates as text" in r for r in found.reasons) and not any("no clock" in r for r in found.reasons)
+    assert columns["time_s"] == {"column": "timestamp", "unit": "s"} and "time_s" not in {q.target for q in found.questions}
+    np.testing.assert_allclose(times(tmp_path, found) - start.timestamp() + 7200 * ("+" in zone), step * np.arange(len(T)), atol=1e-6)
 
 
 @pytest.mark.parametrize("unit", ["N", "mN", "kN", "lbf", "kgf"])
@@ -102,19 +109,21 @@ def test_no_rate_is_proposed_that_is_not_in_the_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("written", ["{:g} sec", "{:g} s", "{:g}s"])
-def test_numbers_with_a_unit_of_time_in_their_cells_tell_the_rate(written: str, tmp_path: Path) -> None:
+def test_numbers_with_a_unit_of_time_in_their_cells_are_the_clock(written: str, tmp_path: Path) -> None:
     lines = (f"{written.format(round(0.05 * k, 6))},{x:.4f},{y:.4f}" for k, (x, y) in enumerate(zip(X, Y, strict=True)))
     columns, found = proposed(tmp_path, "Time,T_prox,T_dist\n" + "\n".join(lines) + "\n")
-    assert columns["time_s"] == {"rate_hz": 20} and "time_s" in {q.target for q in found.questions}
+    assert columns["time_s"]["column"] == "Time" and "time_s" not in {q.target for q in found.questions}
+    np.testing.assert_allclose(times(tmp_path, found), 0.05 * np.arange(len(T)), atol=1e-9)
 
 
-def test_a_time_of_day_beside_a_date_tells_the_rate(tmp_path: Path) -> None:
+def test_a_time_of_day_beside_a_date_is_the_clock(tmp_path: Path) -> None:
     start = datetime(2024, 3, 5, 14, 3, 21, tzinfo=UTC)
     stamps = [(start + timedelta(seconds=0.05 * k)).strftime("05.03.2024;%H:%M:%S,%f")[:-3] for k in range(len(T))]
     lines = (f"{s};{x:.3f};{y:.3f}".replace(".", ",", 0) for s, x, y in zip(stamps, X, Y, strict=True))
     text = "Datum;Uhrzeit;Zugkraft Motorseite (N);Zugkraft Werkzeugseite (N)\n" + "\n".join(lines) + "\n"
     columns, found = proposed(tmp_path, text)
-    assert columns["time_s"] == {"rate_hz": 20} and "time_s" in {q.target for q in found.questions}
+    assert columns["time_s"] == {"column": "Uhrzeit", "unit": "s"}
+    np.testing.assert_allclose(times(tmp_path, found) - 50_601.0, 0.05 * np.arange(len(T)), atol=1e-6)
 
 
 def test_a_tension_in_volts_beside_two_forces_is_none_of_them(tmp_path: Path) -> None:
@@ -158,18 +167,10 @@ def stamped(after_100_s: float) -> str:
     return "Time,Fin (N),Fout (N)\n" + "\n".join(lines) + "\n"
 
 
-def test_a_gap_in_times_of_text_is_told_and_no_rate_proposed(tmp_path: Path) -> None:
+def test_a_gap_in_times_of_text_is_kept(tmp_path: Path) -> None:
     columns, found = proposed(tmp_path, stamped(0.6))
-    assert columns["time_s"] == {"rate_hz": 0} and "1 gap of up to 0.61 s" in found.questions[0].text
-    assert proposed(tmp_path, stamped(0.0))[0]["time_s"] == {"rate_hz": 100}
-
-
-def test_the_arrow_of_a_serial_monitor_is_named(tmp_path: Path) -> None:
-    text = "".join(f"14:03:{k // 80:02d}.{k % 80 * 12:03d} -> {102997 + k},{31540 - k}\n" for k in range(400))
-    with pytest.raises(SstlError, match="delimiter in place of the serial monitor's '->'.*14:03:00.000 -> 102997"):
-        proposed(tmp_path, text)
-    columns, _ = proposed(tmp_path, text.replace(" -> ", ","))
-    assert columns["tension_in_n"]["unit"] == "counts"
+    assert columns["time_s"] == {"column": "Time", "unit": "s"}
+    assert np.diff(times(tmp_path, found, gap_s=10.0)).max() == pytest.approx(0.61)
 
 
 @pytest.mark.parametrize(
@@ -230,12 +231,14 @@ def test_readings_of_one_sensor_are_no_tendons(pair: tuple[str, str], question: 
 
 def test_minutes_and_seconds_in_text_are_no_time_of_day(tmp_path: Path) -> None:
     lines = (f"{k // 600:02d}:{k % 600 / 10:04.1f},{x:.4f},{y:.4f}" for k, (x, y) in enumerate(zip(X, Y, strict=True), 400))
-    columns, _ = proposed(tmp_path, "Time,Fin (N),Fout (N)\n" + "\n".join(lines) + "\n")
-    assert columns["time_s"] == {"rate_hz": 10}
+    columns, found = proposed(tmp_path, "Time,Fin (N),Fout (N)\n" + "\n".join(lines) + "\n")
+    assert columns["time_s"] == {"column": "Time", "unit": "s"}
+    np.testing.assert_allclose(times(tmp_path, found), 0.1 * np.arange(400, 400 + len(T)), atol=1e-9)
 
 
 def test_a_time_of_day_goes_on_over_midnight(tmp_path: Path) -> None:
     start = datetime(2024, 3, 5, 23, 59, 59, tzinfo=UTC)
     lines = (f"{start + timedelta(seconds=0.05 * k):%H:%M:%S.%f},{x:.4f},{y:.4f}" for k, (x, y) in enumerate(zip(X, Y, strict=True)))
-    columns, _ = proposed(tmp_path, "Time,Fin (N),Fout (N)\n" + "\n".join(lines) + "\n")
-    assert columns["time_s"] == {"rate_hz": 20}
+    columns, found = proposed(tmp_path, "Time,Fin (N),Fout (N)\n" + "\n".join(lines) + "\n")
+    assert columns["time_s"] == {"column": "Time", "unit": "s"}
+    np.testing.assert_allclose(np.diff(times(tmp_path, found)), 0.05, atol=1e-6)
