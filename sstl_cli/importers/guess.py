@@ -18,7 +18,7 @@ from sstl_cli.importers.guess_look import Look, look_at, moves
 from sstl_cli.importers.guess_marks import asking
 from sstl_cli.importers.guess_names import Said, said
 from sstl_cli.importers.guess_roles import Roles, doubted
-from sstl_cli.importers.guess_several import with_doubts, with_doubts_of_pairs
+from sstl_cli.importers.guess_several import with_doubt_of_system, with_doubts, with_doubts_of_pairs
 from sstl_cli.importers.guess_toml import Pair, Proposal, written
 from sstl_cli.importers.mapping import REQUIRED, Question, open_questions
 from sstl_cli.importers.rows import JoinedRows
@@ -76,6 +76,7 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     # an import reads every file that has the columns, whatever else it has
     covered = [x for x in looks if look.used <= set(x.channels)]
     toml = with_doubts(toml, look, covered) if pair is None else with_doubts_of_pairs(toml, pair)
+    toml = with_doubt_of_system(toml, named, covered)
     reasons += not_mapped([look] if pair is None else [pair.first, pair.second], toml)
     return Guess(look.format.ID, toml, list(dict.fromkeys(reasons)), _preview(look, roles, pair), open_questions(toml))
 

@@ -12,7 +12,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.guess_names import said
 from sstl_cli.importers.guess_words import LEAD, PLACED, words
 from sstl_cli.importers.plan import lead_of
-from sstl_cli.importers.systems import known_system
+from sstl_cli.importers.systems import SYSTEM_OF, known_system
 from sstl_cli.importers.text_header import unit_in
 
 # names of columns, in small letters and with _ between words, and the label that each may give
@@ -33,11 +33,12 @@ _ELEMENT = re.compile(r"((.*)\((\d+)\)\.)([^()]+)")
 
 @dataclass(frozen=True)
 class LabelColumn:
-    """A label, the column that gives it, and the question that is left (empty: none)."""
+    """A label, the column that gives it, the question that is left (empty: none), and the systems that one of the system holds."""
 
     target: str
     column: str
     question: str = ""
+    systems: frozenset[str] = frozenset()
 
 
 def label_names(units: Mapping[str, str]) -> dict[str, str]:
@@ -91,8 +92,25 @@ def label_columns(names: dict[str, str], values: dict[str, list[str]], whole: bo
                 # trial 1 of the next configuration would go on in the run of this one; a clock that begins anew splits them
                 continue
             question = "" if whole else "does it tell every run of the file apart? else leave it out: a clock that begins anew splits runs"
-        out.append(LabelColumn(target, name, question))
+        systems: frozenset[str] = frozenset()
+        if target == "system":
+            systems, question = frozenset(map(known_system, values[name])), _system_question(name, sorted(set(values[name])))
+        out.append(LabelColumn(target, name, question, systems))
     return tuple(out)
+
+
+def _system_question(name: str, held: list[str]) -> str:
+    """Return what is left to ask of a column that holds words for systems, an empty text where it can hold nothing else."""
+    both = len(set(map(known_system, held))) > 1
+    if all(h.strip().lower() in SYSTEM_OF for h in held) and (both or name.strip().lower() == "system"):
+        return ""
+    said = " and ".join(f"{h!r} as {known_system(h)}" for h in held)
+    return f"is {said} the system (act: single pass, sstl: double pass)? If not, take this line out"
+
+
+def holds_systems(texts: list[str]) -> bool:
+    """Return whether a column of text holds words for systems and nothing else."""
+    return bool(texts) and all(map(known_system, set(texts)))
 
 
 def _labels(target: str, values: list[str]) -> bool:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_clocks import Clocks, with_own_clocks
-from sstl_cli.importers.guess_labels import LabelColumn, label_columns, label_names, rows_of_first, runs_in
+from sstl_cli.importers.guess_labels import LabelColumn, holds_systems, label_columns, label_names, rows_of_first, runs_in
 from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, two_units, with_marks
 from sstl_cli.importers.guess_names import Said, contradicted, said, time_unit
 from sstl_cli.importers.guess_rates import named_rate, rate_held
@@ -157,7 +157,11 @@ def _refuse_long(path: Path, found: list[Channel], moving: list[Said]) -> None:
 
 def _said(channel: Channel, chosen: Format) -> Said:
     """Return what the name of a channel says, or its label where it has one."""
-    called = channel.label or channel.name
+    bare = said(re.sub(r"\s*[\[(].*", "", channel.name))
+    # a table of channels says what CH1 is; of a name that says it itself it may tell anything
+    called = (
+        channel.label if channel.label and (chosen.ID != "text" or not (bare.side or bare.quantity in ("force", "time"))) else channel.name
+    )
     if channel.stamps:
         return replace(said(called), name=channel.name, quantity="time", unit="s", strange="", stamped=True)
     apart = "" if chosen.ID == "text" and channel.unit == unit_in(called) else channel.unit
@@ -171,9 +175,15 @@ def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel], rows:
     """Return the columns that give labels for as many rows, and how many the first run has by them (None: all)."""
     units = {c.name.removeprefix(prefix): c.unit for c in found}
     names = label_names(units)
+    read = {n: _first_texts(chosen, path, prefix + n) for n in names.values()}
+    for channel in found if "system" not in names else ():
+        # whatever it is called (mode, test): what it holds says it
+        name = channel.name.removeprefix(prefix)
+        if channel.text and name not in read and holds_systems((texts := _first_texts(chosen, path, channel.name))[0]):
+            names, read = {**names, "system": name}, {**read, name: texts}
+            break
     if not names:
         return (), None
-    read = {n: _first_texts(chosen, path, prefix + n) for n in names.values()}
     # a single one holds for all; of another length it labels something else
     fitting = {n: texts for n, (texts, _) in read.items() if min(len(texts), MAX_ROWS) in (1, rows)}
     longest = max(map(len, fitting.values()), default=1)
@@ -209,13 +219,18 @@ def _too_few(chosen: Format, path: Path, found: list[Channel]) -> SstlError:
 
 def _clock_if_forward(one: Said, values: Array | None) -> Said:
     """Return ``t_in``, ``tick_ms``, or what is named as time and force, as a clock where it runs forward, and as what it may also be where it does not."""
-    if values is None or one.quantity not in ("", "force") or one.unit or one.strange or not runs_forward(values := trimmed(values)):
+    unit = time_unit(one.name)
+    if values is None or one.strange or not runs_forward(values := trimmed(values)):
+        return one
+    if unit and one.dimension in ("", "count") and one.quantity in ("other", "index", "") and even(values):
+        # cpu_ms and adc_ms: whatever they are of, ticks that run on evenly in a unit of time are a clock
+        return replace(one, quantity="time", unit=unit)
+    if one.quantity not in ("", "force") or one.unit:
         return one
     short = one.words[:1] in (("t",), ("ts",)) or re.fullmatch(r"t_?(?:in|out)", one.name, re.IGNORECASE)
     # "Time - Load Cell Motor" is the clock of that load cell
     named = one.quantity == "force" and any(QUANTITY_OF.get(w) == "time" and len(w) > 1 for w in one.words)
-    unit = time_unit(one.name)
-    if named or (short and one.side) or (unit and even(values) and (short or not one.quantity)):
+    if named or (short and one.side) or (unit and even(values) and short):
         return replace(one, quantity="time", unit=unit)
     return one
 

@@ -10,6 +10,8 @@ from sstl_cli.importers.guess_files import Named
 from sstl_cli.importers.guess_look import Look
 from sstl_cli.importers.guess_time import MARK
 from sstl_cli.importers.guess_toml import Pair, Proposal, asked, written
+from sstl_cli.importers.pattern import search
+from sstl_cli.importers.systems import known_system
 
 # typical steps of two clocks without a stated unit that are this far apart may be counted in different ones
 STEP_RATIO = 5.0
@@ -28,6 +30,20 @@ def with_doubts_of_pairs(toml: str, pair: Pair) -> str:
     output = "; ".join(filter(None, (second.get("tension_out_n"), second.get("time_s"))))
     doubts = {"time_s": first.get("time_s", ""), "tension_in_n": first.get("tension_in_n", ""), "tension_out_n": output}
     return _asking(toml, doubts)
+
+
+def with_doubt_of_system(toml: str, named: Named, looks: Sequence[Look]) -> str:
+    """Return a proposal whose line for the system asks where a column of a file says another one than the file's name."""
+    for look in looks:
+        column = next((c for c in look.labels if c.target == "system"), None)
+        found = search(named.pattern, [look.path.stem])[0] if named.pattern and column else None
+        told = known_system((found or {}).get("system", ""))
+        if column is None or not told:
+            continue
+        if column.systems != {told}:
+            held = " and ".join(sorted(column.systems))
+            return _asking(toml, {"system": f"the name of '{look.path.name}' says {told}, this column {held}: which is right?"})
+    return toml
 
 
 def _asking(toml: str, doubts: dict[str, str]) -> str:

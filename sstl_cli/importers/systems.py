@@ -6,6 +6,11 @@ from sstl_cli.core.errors import SstlError
 
 # in small letters, and the name that a log has for it; each is understood in any letters
 SYSTEM_OF = {"act": "act", "sstl": "sstl", "actuation": "act", "sensing": "sstl"}
+# how a label says it by the tendon's way; as words of a file's name they may be of something else
+WAY_OF = {
+    **dict.fromkeys(("single", "single pass", "one way", "actuate", "actuating"), "act"),
+    **dict.fromkeys(("loop", "double", "double pass", "two way", "round trip", "sense"), "sstl"),
+}
 
 
 def known_system(text: object) -> str:
@@ -13,10 +18,11 @@ def known_system(text: object) -> str:
 
     Examples
     --------
-    >>> known_system("SSTL")
-    'sstl'
+    >>> known_system("SSTL"), known_system("double-pass"), known_system("tip")
+    ('sstl', 'sstl', '')
     """
-    return SYSTEM_OF.get(str(text).strip().lower(), "")
+    plain = " ".join(str(text).lower().replace("_", " ").replace("-", " ").split())
+    return SYSTEM_OF.get(plain) or WAY_OF.get(plain, "")
 
 
 def system_of(text: object, where: str) -> str:

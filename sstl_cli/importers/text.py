@@ -47,7 +47,7 @@ def channels(path: Path, layout: Layout) -> list[Channel]:
     """Return the columns of the text: names from its header, else ``col1`` to ``colN``."""
     found = layout_of(path, layout)
     table = zip(found.names, found.units, found.text, found.stamps, strict=True)
-    return [Channel(n, None, "s" if stamps else u, text=t, stamps=stamps) for n, u, t, stamps in table]
+    return [Channel(n, None, "s" if stamps else u, text=t, label=found.labels.get(n, ""), stamps=stamps) for n, u, t, stamps in table]
 
 
 def require_once(name: str, names: Collection[str], where: str) -> None:

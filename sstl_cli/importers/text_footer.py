@@ -7,17 +7,13 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from sstl_cli.importers.guess_words import words
-from sstl_cli.importers.text_cells import SPACES, cut
+from sstl_cli.importers.text_cells import SPACES, cut, is_number
 from sstl_cli.importers.text_file import opened
+from sstl_cli.importers.text_header import statistic
 from sstl_cli.importers.text_layout import TextLayout
 
 # they are a few lines
 TAIL_BYTES = 8192
-STATISTICS = words(
-    "mean average avg peak max maximum min minimum std stdev stddev sd median sum total count rms range var variance "
-    "mittelwert mittel standardabweichung stabw moyenne media promedio"
-)
 
 
 @dataclass(frozen=True)
@@ -40,19 +36,17 @@ def footer_of(path: Path, found: TextLayout) -> Footer:
     end, at = sys.maxsize, size
     for line in reversed(lines[1:]):
         at -= len(line)
-        if word := _statistic(line, found):
+        cells = _cells(line, found)
+        if word := statistic(cells):
             end, names = at, [word, *names]
+        elif names and line.strip() and len(cells) > 1 and not any(map(is_number, cells)):
+            # the names once more, above a table of statistics of its own
+            end = at
         elif line.strip():
             break
         at -= len(found.line_end)
     return Footer(end, tuple(names))
 
 
-def _statistic(line: bytes, found: TextLayout) -> str:
-    """Return the word for a statistic that stands in front of a line, '' where none does."""
-    if not line.strip():
-        return ""
-    cells = cut(line.decode("latin-1"), "\t" if found.delimiter == SPACES and b"\t" in line else found.delimiter)
-    # "Std Dev", "Max:"
-    name = cells[0].strip(" :.")
-    return name if name.lower().split(" ")[0] in STATISTICS else ""
+def _cells(line: bytes, found: TextLayout) -> list[str]:
+    return cut(line.decode("latin-1"), "\t" if found.delimiter == SPACES and b"\t" in line else found.delimiter)

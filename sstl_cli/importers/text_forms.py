@@ -29,6 +29,8 @@ _LABELLED = re.compile(
     rf"\s*(?:([^\W\d][^:=,;|\t]*?)\s*[:=]\s*)?({_VALUE})(?:\s*([^\W\d_]{{1,6}}|%|°C)(?![\w:=])(?!\s*[:=]))?(?:\s*[,;|\t]\s*|\s+|$)"
 )
 _UNITED = re.compile(rf"({_NUMBER})\s*([^\W\d_][^\d,;]*|%|°\w*)")
+# + 2.03, as Graphtec's loggers write it
+_SIGNED = re.compile(r"[+-][ ]+[\d.,]+")
 # in these a label is written as well (30deg, 0.8mm): only what varies is a reading
 _LABEL_DIMENSIONS = ("length", "angle")
 _VARIES = 3
@@ -84,7 +86,11 @@ def forms_of(lines: Sequence[str], delimiter: Callable[[list[str]], str], header
         quoted = any('"' in line for line in rest)
         own = tuple(u for u in behind if u is not None)
         return _forms(rf"(?m)^{front}{_cells(behind, by)}$", by, len(own), front, (), own, quoted)
-    return _forms(rf"(?m)^{front}(?=\S)", by, 0, front) if stamped and width else None
+    if stamped and width:
+        return _forms(rf"(?m)^{front}(?=\S)", by, 0, front)
+    if by != SPACES and any(is_signed(c) for line in rest[:1] for c in cut(line, by)):
+        return Forms(re.compile(rf"(?m)(^|{re.escape(by)})[ ]*([+-])[ ]+(?=[\d.])".encode()), rb"\g<1>\g<2>", by)
+    return None
 
 
 def _forms(
@@ -111,6 +117,11 @@ def is_united(cell: str) -> bool:
     """
     found = _UNITED.fullmatch(cell)
     return found is not None and _known(found[2])
+
+
+def is_signed(cell: str) -> bool:
+    """Return whether a cell is a number apart from its sign (``+ 2.03``)."""
+    return _SIGNED.fullmatch(cell) is not None
 
 
 def _labels_of(lines: Sequence[str]) -> list[tuple[str, str]]:

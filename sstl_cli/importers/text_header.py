@@ -27,6 +27,13 @@ _SPOKEN = re.compile(r"([^\W\d_]+)\s*[:=]\s*(.*)")
 # how the first cell of a row says what the row tells of each column (ControlDesk, DIAdem, catman)
 UNIT_ROWS = words("unit units einheit einheiten unite unites unidad unidades unita dimension")
 NAME_ROWS = words("name names signal signals signalname channel channels kanal kanalname variable variables trace_name nom nombre nome")
+# in front of a row that a program computed of the samples
+STATISTICS = words(
+    "mean average avg peak max maximum min minimum std stdev stddev sd median sum total count rms range var variance "
+    "mittelwert mittel durchschnitt standardabweichung stabw moyenne ecart media promedio desviacion deviazione massimo minimo maximo"
+)
+# how a row of units says that a column numbers the samples
+COUNTED = words("sequence no nr n # sample samples point points")
 # of the readings of a column, how many are numbers, and how many rows of numbers in a row are a table of their own
 NUMERIC, RUN_ROWS = 0.8, 3
 # larger numbers in a first row are readings beside a damaged one
@@ -73,7 +80,7 @@ def table_in(sample: Sequence[str], data: Sequence[str], delimiter: str, comment
     if any(_folded(row[0]) in UNIT_ROWS for i, row in plain if i < begin) and 0 in (*numeric, *empty):
         # rows of a header that say in their first cells what they tell, of which some tell numbers (a rate, a scale)
         return next(i for i, row in plain if _folded(row[0]) in UNIT_ROWS | NAME_ROWS), begin
-    start = _above(sample, begin, width, delimiter)
+    start = _above(sample, begin, width, delimiter, empty)
     skipped = [row for i, row in plain if i < start]
     # another table of numbers, such as one of a logger that began anew, is not left out without a word
     return None if start == begin or _is_table(skipped) else (start, begin)
@@ -86,18 +93,35 @@ def _header_follows(following: Sequence[tuple[int, list[str]]], width: int) -> b
     )
 
 
-def _above(sample: Sequence[str], begin: int, width: int, delimiter: str) -> int:
-    """Return the first of the rows of names and units that stand directly above a table, ``begin`` where none does."""
+def statistic(cells: Sequence[str]) -> str:
+    """Return the word for a statistic that stands in front of a row of numbers (``Std. Dev.``), an empty text where none does.
+
+    Examples
+    --------
+    >>> statistic(["Max:", "3.1", "2.9"]), statistic(["Max", "Min"]), statistic(["0.01", "3.1"])
+    ('Max', '', '')
+    """
+    name = cells[0].strip(" :.") if cells else ""
+    first = re.match(r"[^\W\d_]+", unaccented(name.lower()))
+    return name if first and first[0] in STATISTICS and any(map(is_number, cells[1:])) else ""
+
+
+def _above(sample: Sequence[str], begin: int, width: int, delimiter: str, empty: Sequence[int]) -> int:
+    """Return the first of the rows of names and units that stand directly above a table, ``begin`` where none does; ``empty`` are the columns without readings."""
     start, named = begin, False
     for i in range(begin - 1, -1, -1):
         if not sample[i].strip():
             if named:
                 break
             continue
-        row = _cells(sample[i], width, delimiter)
+        row = _padded(_cells(sample[i], width, delimiter), width, empty)
+        if len(row) == width and statistic(row):
+            # computed of the samples, and written before them
+            continue
         if len(row) != width or not any(row):
             break
-        if any(map(is_number, row)):
+        # where no reading stands a number is a setting (an oscilloscope's increment)
+        if any(is_number(c) for k, c in enumerate(row) if k not in empty):
             # an oscilloscope numbers its channels; below a row of names it would be a damaged reading
             above = _cells(sample[i - 1], width, delimiter) if i else []
             return i if not named and _counted(row) and len(above) != width else start
@@ -158,11 +182,15 @@ def stated_unit(cell: str) -> str | None:
     return known if known else "" if unit.replace("°", "deg").lower() in NO_FORCE else None
 
 
-def names_and_units(head: list[str], width: int, delimiter: str, path: Path) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
-    """Return column names and units from the lines above the data; names that stand there twice are numbered."""
+def names_and_units(head: list[str], first: list[str], delimiter: str, path: Path) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
+    """Return column names and units from the lines above the data, whose first row is given; names that stand there twice are numbered."""
+    width = len(first)
     plain = tuple(f"col{i + 1}" for i in range(width))
-    rows = [_cells(x, width, delimiter) for x in head]
-    fitting = [r for r in rows if len(r) == width or (len(r) == width - 1 and width > 2)]
+    empty = [i for i, c in enumerate(first) if is_missing(c)]
+    rows = [_padded(_cells(x, width, delimiter), width, empty) for x in head]
+    fitting = [r for r in rows if (len(r) == width or (len(r) == width - 1 and width > 2)) and not statistic(r)]
+    # settings stand where no reading does
+    fitting = [["" if is_number(c) and is_missing(f) else c for c, f in zip(r, first, strict=False)] for r in fitting]
     if not fitting:
         if rows and delimiter != SPACES and len(rows[-1]) > 1:
             raise SstlError(
@@ -175,13 +203,13 @@ def names_and_units(head: list[str], width: int, delimiter: str, path: Path) -> 
     if len(fitting) > 1 and _row_of_units(fitting[-2], fitting[-1]):
         # a log as export writes it, whose output may be in any unit
         return tuple(fitting[-2]), tuple(fitting[-1]), True
-    names, below = _chosen(fitting)
+    names, below = _chosen(fitting, [i for i, c in enumerate(first) if is_number(c)])
     units = [stated_unit(c) or "" for c in below] + [""] * (width - len(below))
     full = [name or plain[i] for i, name in enumerate([*names, *[""] * (width - len(names))])]
     return numbered(full), tuple(u or unit_in(n) for u, n in zip(units, full, strict=True)), True
 
 
-def _chosen(rows: list[list[str]]) -> tuple[list[str], list[str]]:
+def _chosen(rows: list[list[str]], numeric: list[int]) -> tuple[list[str], list[str]]:
     """Return which of the rows above the data holds the names, and which the units (empty: none).
 
     Names stand directly above their units, whatever stands below (the type or the hardware of each column).
@@ -190,7 +218,7 @@ def _chosen(rows: list[list[str]]) -> tuple[list[str], list[str]]:
     rows = [r for r in rows if not (all(_TYPE.fullmatch(c) for c in r if c) or _says(r) not in ("", *UNIT_ROWS))] or rows
     if labelled := _labelled(rows):
         return labelled
-    at = next((i for i in range(len(rows) - 1, 0, -1) if _states_units(rows[i])), 0)
+    at = next((i for i in range(len(rows) - 1, 0, -1) if _states_units(rows[i]) or _units_of_numbers(rows[i], numeric)), 0)
     if at:
         # names stand above the places of the signals in a model
         named = at > 1 and _are_places(rows[at - 1]) and len(set(rows[at - 2])) == len(rows[at - 2]) and not _are_places(rows[at - 2])
@@ -239,9 +267,21 @@ def _states_units(row: list[str]) -> bool:
     return known > 0 and (None not in cells or (odd and 2 * known > len(cells)))
 
 
+def _units_of_numbers(row: list[str], numeric: list[int]) -> bool:
+    """Return whether a row holds units above every column of numbers (or that it counts), whatever stands above the others."""
+    cells = [row[i] for i in numeric if i < len(row)]
+    stated = [stated_unit(c) for c in cells]
+    return sum(map(bool, stated)) > 1 and all(u is not None or _folded(c).strip(".") in COUNTED for u, c in zip(stated, cells, strict=True))
+
+
 def _cells(line: str, width: int, delimiter: str) -> list[str]:
     """Return the cells of a row of the header, which may stand in a comment."""
     return _named(_spoken(line, width) if delimiter == SPACES else cut(line, delimiter), width)
+
+
+def _padded(row: list[str], width: int, empty: Sequence[int]) -> list[str]:
+    """Return a row of the header with cells for the columns at its end that no reading has."""
+    return [*row, *[""] * (width - len(row))] if len(row) > 1 and set(range(len(row), width)) <= set(empty) else row
 
 
 def _named(cells: list[str], width: int) -> list[str]:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import MAX_CHANNELS, Layout
 from sstl_cli.importers.guess_words import SIGNS
-from sstl_cli.importers.instruments import Measured, labview, oscilloscope, rate_said, stated_by
+from sstl_cli.importers.instruments import Cut, Measured, Stated, labview, oscilloscope, rate_said, stated_by, step_below
+from sstl_cli.importers.recorders import recorder, signal_names
 from sstl_cli.importers.text_cells import MINUS, SPACES, WITHOUT_MARKS, cut, grouped_sign, is_missing, is_number
 from sstl_cli.importers.text_file import opened
-from sstl_cli.importers.text_forms import NAME_OF_STAMP, Forms, forms_of, is_united
+from sstl_cli.importers.text_forms import NAME_OF_STAMP, Forms, forms_of, is_signed, is_united
 from sstl_cli.importers.text_header import COMMENTS, names_and_units, numbered, stated_unit, table_in, unit_in
 from sstl_cli.importers.text_stamps import are_stamps
 
@@ -30,7 +33,8 @@ _COMMA_NUMBER = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?$")
 class TextLayout:
     """Delimiter (one character, or ``space``), names, units and first data line of a text log, and the sampling period that its header states.
 
-    ``text`` says which columns hold no numbers, ``stamps`` which of numbers are times written as text, ``forms`` what is written beside plain cells.
+    ``text`` says which columns hold no numbers, ``stamps`` which of numbers are times written as text, ``forms`` what is written beside plain cells,
+    ``labels`` what a table of channels above the data calls their signals.
     """
 
     delimiter: str
@@ -46,6 +50,7 @@ class TextLayout:
     step_s: float = math.nan
     stamps: tuple[bool, ...] = ()
     forms: Forms | None = None
+    labels: Mapping[str, str] = field(default_factory=dict)
 
 
 def layout_of(path: Path, wanted: Layout) -> TextLayout:
@@ -71,7 +76,8 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     if forms is not None:
         sample, data = [forms.line(x) for x in sample], [forms.line(x) for x in data]
     delimiter = forms.delimiter if forms is not None else _NAMED.get(wanted.delimiter or "", wanted.delimiter or "") or _delimiter(data)
-    stated = stated_by(sample, lambda line: cut(line, delimiter)) if wanted.header is None else None
+    by_delimiter: Cut = partial(cut, delimiter=delimiter)
+    stated = (stated_by(sample, by_delimiter) or recorder(sample, by_delimiter)) if wanted.header is None else None
     begin = None
     if stated is not None:
         at, sample = at + stated.lines, sample[stated.lines :]
@@ -85,21 +91,28 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     width = len(head.first)
     if width > MAX_CHANNELS:
         raise SstlError(f"has {width} columns", where=str(path), fix=f"at most {MAX_CHANNELS} are read", code="E324")
-    if stated is not None and len(stated.names) == width:
-        names, units, named = numbered(stated.names), stated.units, True
+    if stated is not None and (whole := _filled(stated, head.first)) is not None:
+        (names, units), named = whole, True
     else:
         names, units, named = _named(head, forms, delimiter, path)
     above = [as_text(x) for x in lines[wanted.skip_rows : at]]
     if header > wanted.skip_rows:
-        measured = labview([as_text(x) for x in lines[:header]], lambda line: cut(line, delimiter))
+        measured = labview([as_text(x) for x in lines[:header]], by_delimiter)
     else:
-        measured = Measured(oscilloscope(above, lambda line: cut(line, delimiter)))
+        measured = Measured(oscilloscope(above, by_delimiter))
     units = tuple(stated or own for stated, own in zip(_known(measured.units, width), units, strict=True))
-    step = measured.step_s if math.isfinite(measured.step_s) else rate_said(above)
+    steps = (
+        measured.step_s,
+        stated.step_s if stated is not None else math.nan,
+        rate_said(above),
+        step_below([by_delimiter(x) for x in above]),
+    )
+    step = next(filter(math.isfinite, steps), math.nan)
+    labels = signal_names(above, names, by_delimiter)
     stamps = _stamps(head.first, [cut(line, delimiter) for line in data])
     text = tuple(not is_number(c) and not is_missing(c) and not stamp for c, stamp in zip(head.first, stamps, strict=True))
     position = start + sum(len(line) + len(line_end) for line in lines[:at])
-    return TextLayout(delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text, step, stamps, forms)
+    return TextLayout(delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text, step, stamps, forms, labels)
 
 
 def _forms(sample: list[str], data: list[str]) -> Forms | None:
@@ -112,6 +125,15 @@ def _forms(sample: list[str], data: list[str]) -> Forms | None:
     return forms_of(data, _delimiter, header)
 
 
+def _filled(stated: Stated, first: list[str]) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
+    """Return names and units that an instrument states, with those of columns that hold nothing; None where it tells of other columns."""
+    more = len(first) - len(stated.names)
+    if more < 0 or not all(map(is_missing, first[len(stated.names) :])):
+        return None
+    names = (*stated.names, *(f"col{i + 1}" for i in range(len(stated.names), len(first))))
+    return numbered(names), (*stated.units, *[""] * more)
+
+
 def _named(head: _Head, forms: Forms | None, delimiter: str, path: Path) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
     """Return names and units of the columns: the labels in front of the numbers, else those of the header."""
     width = len(head.first)
@@ -121,7 +143,7 @@ def _named(head: _Head, forms: Forms | None, delimiter: str, path: Path) -> tupl
     if forms is not None and forms.stamped:
         # what a program says while it starts has a stamp as well, and is no header
         texts = [x for x in texts if len(row := cut(x, delimiter)) == width and all(row)]
-    names, units, named = names_and_units(texts, width, delimiter, path)
+    names, units, named = names_and_units(texts, head.first, delimiter, path)
     if forms is not None and forms.stamped:
         names = numbered((NAME_OF_STAMP, *names[1:]))
     if forms is not None and len(forms.units) == width:
@@ -259,7 +281,9 @@ def _delimiter(lines: list[str]) -> str:
         if common < 2 and candidate != ",":
             continue
         cells = [c for line in lines for c in cut(line, candidate)]
-        numeric = sum(is_number(c) or is_missing(c) or grouped_sign(c) != "" or is_united(c) for c in cells) / max(len(cells), 1)
+        numeric = sum(is_number(c) or is_missing(c) or grouped_sign(c) != "" or is_united(c) or is_signed(c) for c in cells) / max(
+            len(cells), 1
+        )
         score = widths.count(common) / len(widths) * (0.2 + numeric) + (0.01 if common > 1 else 0)
         if score > best_score + 1e-9:
             best, best_score = candidate, score

@@ -59,8 +59,8 @@ def test_a_system_in_other_letters_is_read(label: str, tmp_path: Path) -> None:
     assert 'system = "System"' in found.toml and not found.questions
     (tmp_path / "rig.toml").write_text(found.toml)
     assert [r.system for r in run([path], read_mapping(tmp_path / "rig.toml")).runs] == [known]
-    with pytest.raises(SstlError, match="E334.*system is 'loop'"):
-        list(run([path], mapping_of({"columns": named, "constants": {"system": "loop"}}, "m.toml")).runs)
+    with pytest.raises(SstlError, match="E334.*system is 'tip'"):
+        list(run([path], mapping_of({"columns": named, "constants": {"system": "tip"}}, "m.toml")).runs)
 
 
 def test_location_and_lead_are_the_configuration(tmp_path: Path) -> None:
