@@ -37,6 +37,8 @@ def own_time(clock: TimeGuess) -> str:
         return ""
     unit, scale = re.search(r'unit = "(\w+)"', clock.line), re.search(r"scale = ([^ ,}]+)", clock.line)
     tail = f", time_scale = {scale[1]}" if scale else ""
+    if clock.fraction:
+        tail += "".join(f", {m[0]}" for m in re.finditer(r'fraction(?:_unit)? = "[^"]*"', clock.line))
     return f'time = {json.dumps(clock.channel, ensure_ascii=False)}, time_unit = "{unit[1] if unit else "s"}"{tail}'
 
 
@@ -135,7 +137,7 @@ def _asked(clock: TimeGuess, base: Said, own: Said, data: dict[str, Array]) -> T
         return clock
     if float(np.median(np.abs(x - y))) <= float(np.median(np.diff(x))):
         return clock
-    ask = f"'{base.name}' runs as fast from another zero: if both of a row are of one moment, take time and time_unit out of this line"
+    ask = f"'{base.name}' runs as fast from another zero: if both of a row are of one moment, take time and what belongs to it out of this line"
     return replace(clock, line=clock.line + ("; " if MARK in clock.line else MARK) + ask)
 
 

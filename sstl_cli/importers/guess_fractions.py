@@ -36,6 +36,12 @@ class Parts:
         return unit_of(self.unit)[1]
 
 
+def sums(names: Sequence[Said], data: dict[str, Array]) -> tuple[dict[str, Array], dict[str, Parts]]:
+    """Return the readings with each clock of whole seconds as the sum with its parts, and these parts by the clock's name."""
+    parts = {s.name: p for s in names if s.quantity == "time" and s.name in data and (p := in_parts(s, names, data)) is not None}
+    return {**data, **{n: data[n] + p.size_s * data[p.name] for n, p in parts.items()}}, parts
+
+
 def in_parts(best: Said, names: Sequence[Said], data: dict[str, Array], named: bool = True) -> Parts | None:
     """Return the channel with the parts of a clock of whole seconds, None where it is no such clock or none has them.
 
@@ -47,8 +53,10 @@ def in_parts(best: Said, names: Sequence[Said], data: dict[str, Array], named: b
     seconds = data[best.name]
     if not len(seconds) or np.mean(np.diff(seconds) == 0) <= 0.5 or not np.all(seconds == np.round(seconds)):
         return None
-    behind = list(names)[list(names).index(best) + 1 :]
-    for one in names if named else behind[:1]:
+    place = list(names).index(best)
+    # of several stamps in one table each has its parts beside it
+    nearest = sorted(names, key=lambda s: abs(list(names).index(s) - place))
+    for one in nearest if named else names[place + 1 : place + 2]:
         unit = next((u for u, known in PARTS.items() if known.intersection(one.words) or (u == one.unit and not one.words)), "")
         unit = unit if named else "ns"
         values = data.get(one.name, np.empty(0))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_clocks import Clocks, with_own_clocks
+from sstl_cli.importers.guess_fractions import Parts, sums
 from sstl_cli.importers.guess_labels import LabelColumn, holds_systems, label_columns, label_names, rows_of_first, runs_in
 from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, two_units, with_marks
 from sstl_cli.importers.guess_names import Said, contradicted, said, time_unit
@@ -101,9 +102,8 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     if not own:
         tensions = [s.name for s in (*roles.first, *roles.second)]
         table = chosen.ID in ("text", "parquet")
-        if time.channel is not None and time.fraction:
-            one = {**one, time.channel: one[time.channel] + time.fraction_s * one[time.fraction]}
-        clocks = with_own_clocks(names, one, time, tensions, table, lambda s: guess_time([s], {s.name: trimmed(one[s.name])}, []))
+        whole, parts = sums(names, one)
+        clocks = with_own_clocks(names, whole, time, tensions, table, lambda s: _alone(s, names, one, parts))
         time = clocks.time
     clock = own.get(roles.first[0].name) if roles.first else None
     if clock is not None:
@@ -124,6 +124,12 @@ def _refuse_grouped(chosen: Format, path: Path, found: list[Channel]) -> None:
         if channel.text and said(channel.name, channel.unit).tension and (cell := grouped_cell(path, channel.name)):
             what = f"column '{printable(channel.name)}' holds {cell!r}, not a number"
             raise SstlError(what, where=str(path), fix=WITHOUT_MARKS, code="E328")
+
+
+def _alone(clock: Said, names: list[Said], data: dict[str, Array], parts: Mapping[str, Parts]) -> TimeGuess:
+    """Return what a channel is as the only clock of the file, with its parts of a second."""
+    beside = [s for s in names if clock.name in parts and s.name == parts[clock.name].name]
+    return guess_time([clock, *beside], {s.name: trimmed(data[s.name]) for s in (clock, *beside)}, [])
 
 
 def _refuse_two_units(chosen: Format, path: Path, found: list[Channel]) -> None:

@@ -53,7 +53,6 @@ class TimeGuess:
     channel: str | None
     reasons: tuple[str, ...]
     fraction: str = ""
-    fraction_s: float = 0.0
 
 
 def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stated: Stated | None = None) -> TimeGuess:
@@ -163,7 +162,7 @@ def _of_parts(best: Said, parts: Parts, reasons: list[str], ask: str = "") -> Ti
         f"time_s: '{best.name}' holds whole seconds and '{parts.name}' their parts in {parts.unit}; the sum runs forward in every step"
     )
     line = f'time_s = {{ column = {first}, unit = "s", fraction = {second}, fraction_unit = "{parts.unit}" }}{MARK + ask if ask else ""}'
-    return TimeGuess(line, best.name, tuple(reasons), parts.name, parts.size_s)
+    return TimeGuess(line, best.name, tuple(reasons), parts.name)
 
 
 def _against(values: Array, size: float, stated: Stated | None) -> str:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 from sstl_cli.core.units import is_unit, unit_of
 from sstl_cli.importers.guess_words import STRANGE, UNIT_CELLS
@@ -17,17 +18,25 @@ NAME_OF_STAMP = "stamp"
 WITHOUT_UNITS = "write numbers without the unit behind them, and the unit once in the column's name"
 _NUMBER = r"[+-]?(?:\d+(?:[.,]\d+)*|[.,]\d+)(?:[eE][+-]?\d+)?"
 _VALUE = rf"{_NUMBER}|[Nn][Aa][Nn]|-?[Ii]nf|[Oo][Vv][Ff]"
-# what Arduino's serial monitor writes in front (14:03:21.050 -> ), and a terminal in brackets; two groups each
-_TIME = r"\d\d?:\d\d:\d\d(?:[.,:]\d+)?"
-_STAMPS = {
-    rf"[ \t]*\[(\d{{2,4}}[-/.]\d\d[-/.]\d{{2,4}})[ T]({_TIME})\][ \t]*(?:->)?[ \t]?": r"\g<1>T\g<2>",
-    rf"[ \t]*(?:\[({_TIME})\][ \t]*(?:->)?|({_TIME})[ \t]*->)[ \t]?": r"\g<1>\g<2>",
+# stamps in front of a line, two groups each, and how they are written as a cell
+_TIME, _DATE = r"\d\d?:\d\d:\d\d(?:[.,:]\d+)?", r"\d{2,4}[-/.]\d\d[-/.]\d{2,4}"
+_DATED, _TIMED = r"\g<1>T\g<2>", r"\g<1>\g<2>"
+# of Arduino's serial monitor (14:03:21.050 -> ), and of a terminal in brackets
+_MARKED = {
+    rf"[ \t]*\[({_DATE})[ T]({_TIME})\][ \t]*(?:->)?[ \t]?": _DATED,
+    rf"[ \t]*(?:\[({_TIME})\][ \t]*(?:->)?|({_TIME})[ \t]*->)[ \t]?": _TIMED,
 }
+# behind a blank alone a date and a time may be two columns of a table cut at blanks
+_BLANK = rf"[ \t]*({_DATE})[ T]({_TIME})[ ]+(?=[-+.\d])"
+# in front of labels they need no mark of their own
+_PLAIN = {rf"[ \t]*({_DATE})[ T]({_TIME})(?:[ \t]*[,;\t][ \t]*|[ ]+)": _DATED, rf"[ \t]*()({_TIME})(?:[ \t]*[,;\t][ \t]*|[ ]+)": _TIMED}
+_WRITTEN = {**_MARKED, **_PLAIN, _BLANK: _DATED}
 _BETWEEN = r"(?:[ \t]*[,;|\t][ \t]*|[ ]+)"
 # Fin:2.03, Force in = 2.03 N; a time of day has no letter in front of its colon
-_LABELLED = re.compile(
-    rf"\s*(?:([^\W\d][^:=,;|\t]*?)\s*[:=]\s*)?({_VALUE})(?:\s*([^\W\d_]{{1,6}}|%|°C)(?![\w:=])(?!\s*[:=]))?(?:\s*[,;|\t]\s*|\s+|$)"
-)
+_CELL = rf"\s*(?:([^\W\d][^:=,;|\t]*?)\s*[:=]\s*)?({_VALUE})"
+_END = r"(?:\s*[,;|\t]\s*|\s+|$)"
+_UNIT_BEHIND = r"\s*([^\W\d_]{1,6}|%|°C)(?![\w:=])(?!\s*[:=])"
+_LABELLED, _WITH_UNIT = re.compile(_CELL + "()" + _END), re.compile(_CELL + _UNIT_BEHIND + _END)
 _UNITED = re.compile(rf"({_NUMBER})\s*([^\W\d_][^\d,;]*|%|°\w*)")
 # + 2.03, as Graphtec's loggers write it
 _SIGNED = re.compile(r"[+-][ ]+[\d.,]+")
@@ -71,25 +80,48 @@ def forms_of(lines: Sequence[str], delimiter: Callable[[list[str]], str], header
     header : callable
         How many cells the nearest line above the table has that holds no number, cut by a delimiter.
     """
-    front = next((p for p in _STAMPS if sum(re.match(p, line) is not None for line in lines) >= MOST * len(lines)), "")
-    stamped = bool(front)
-    rest = [line[m.end() :] for line in lines if (m := re.match(front, line))] if stamped else list(lines)
-    if labels := _labels_of(rest):
-        names, units = zip(*labels, strict=True)
-        body = _BETWEEN.join(_labelled(name, unit) for name, unit in labels)
-        pattern = rf"(?m)^{front}[ \t]*{body}[ \t,;|]*$"
-        return _forms(pattern, "\t", len(labels), front, tuple(n or f"col{i + 1 + stamped}" for i, n in enumerate(names)), units)
+    front = _front(lines, _MARKED)
+    for stamp in (front,) if front else ("", _front(lines, _PLAIN)):
+        if found := _with_labels(lines, stamp):
+            return found
+    rest = _behind(lines, front)
     by = delimiter(rest)
+    if not front and _front(lines, (_BLANK,)) and delimiter(_behind(lines, _BLANK)) != SPACES:
+        front, rest = _BLANK, _behind(lines, _BLANK)
+        by = delimiter(rest)
     behind = _units_of([cut(line, by) for line in rest], by, header)
-    width = len([cut(line, by) for line in rest][-1]) if rest else 0
     if any(behind):
         quoted = any('"' in line for line in rest)
         own = tuple(u for u in behind if u is not None)
         return _forms(rf"(?m)^{front}{_cells(behind, by)}$", by, len(own), front, (), own, quoted)
-    if stamped and width:
+    if front:
         return _forms(rf"(?m)^{front}(?=\S)", by, 0, front)
     if by != SPACES and any(is_signed(c) for line in rest[:1] for c in cut(line, by)):
         return Forms(re.compile(rf"(?m)(^|{re.escape(by)})[ ]*([+-])[ ]+(?=[\d.])".encode()), rb"\g<1>\g<2>", by)
+    return None
+
+
+def _front(lines: Sequence[str], patterns: Iterable[str]) -> str:
+    """Return the first of the patterns that most lines begin with, an empty text where they begin with none."""
+    return next((p for p in patterns if sum(re.match(p, line) is not None for line in lines) >= MOST * len(lines)), "")
+
+
+def _behind(lines: Sequence[str], front: str) -> list[str]:
+    """Return what stands behind the stamps of lines."""
+    return [line[m.end() :] for line in lines if (m := re.match(front, line))]
+
+
+def _with_labels(lines: Sequence[str], front: str) -> Forms | None:
+    """Return the form of lines with labels in front of their numbers, behind a stamp or the same words in each (``INFO rig: Fin=2.03``)."""
+    rest = _behind(lines, front)
+    shared = "".join(c[0] for c in takewhile(lambda c: len(set(c)) == 1, zip(*rest, strict=False)))
+    words = shared[: shared.rfind(" ") + 1]
+    for skipped in dict.fromkeys(("", words if not re.search(r"\d", words) else "")):
+        if labels := _labels_of([line[len(skipped) :] for line in rest]):
+            names, units = zip(*labels, strict=True)
+            body = _BETWEEN.join(_labelled(name, unit) for name, unit in labels)
+            pattern = rf"(?m)^{front}[ \t]*{re.escape(skipped.lstrip())}{body}[ \t,;|]*$"
+            return _forms(pattern, "\t", len(labels), front, tuple(n or f"col{i + 1 + bool(front)}" for i, n in enumerate(names)), units)
     return None
 
 
@@ -101,7 +133,7 @@ def _forms(
     one = '"\\g<{}>"' if quoted else "\\g<{}>"
     # a column whose cells are not united keeps its own quotes
     cells = [one.format(first + i) if not units or units[i] else f"\\g<{first + i}>" for i in range(many)]
-    out = (_STAMPS[front] + sep if front else "") + sep.join(cells)
+    out = (_WRITTEN[front] + sep if front else "") + sep.join(cells)
     if front:
         names, units = ((NAME_OF_STAMP, *names) if names else ()), (("", *units) if units else ())
     return Forms(re.compile(pattern.encode()), out.replace("\t", "\\t").encode(), by, names, units, bool(front))
@@ -129,7 +161,7 @@ def _labels_of(lines: Sequence[str]) -> list[tuple[str, str]]:
     found: Counter[tuple[tuple[str, str], ...]] = Counter()
     for line in lines:
         parts, at = [], 0
-        while at < len(line) and (m := _LABELLED.match(line, at)) and m.end() > at:
+        while at < len(line) and (m := _cell_at(line, at)) and m.end() > at:
             parts.append(((m[1] or "").strip(), m[3] or ""))
             at = m.end()
         if at == len(line) and any(name for name, _ in parts):
@@ -140,6 +172,12 @@ def _labels_of(lines: Sequence[str]) -> list[tuple[str, str]]:
     names = [n for n, _ in labels if n]
     known = all(not u or _known(u) for _, u in labels)
     return list(labels) if count >= MOST * len(lines) and len(set(names)) == len(names) and known else []
+
+
+def _cell_at(line: str, at: int) -> re.Match[str] | None:
+    """Return the number at a place with its label, and with the unit behind it if it is one and no word of the next label."""
+    found = _WITH_UNIT.match(line, at)
+    return found if found and _known(found[3]) else _LABELLED.match(line, at)
 
 
 def _labelled(name: str, unit: str) -> str:

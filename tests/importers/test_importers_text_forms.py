@@ -174,3 +174,47 @@ def test_a_clock_in_two_columns_is_followed(tmp_path: Path) -> None:
 def test_a_fraction_belongs_to_a_clock(tmp_path: Path) -> None:
     with pytest.raises(SstlError, match="'fraction' on tension_in_n"):
         mapping_of({"columns": {"tension_in_n": {"column": "Fin", "fraction": "nanosec"}}}, "here")
+
+
+@pytest.mark.parametrize(
+    ("stamp", "between"),
+    [
+        ("%Y-%m-%d %H:%M:%S,%f", " INFO rig: Fin={:.3f} Fout={:.3f}"),
+        ("%H:%M:%S.%f", ", Fin: {:.3f}, Fout: {:.3f}"),
+        ("%Y-%m-%d %H:%M:%S.%f", " Fin: {:.3f} N Fout: {:.3f} N"),
+    ],
+)
+def test_a_stamp_and_words_may_stand_in_front_of_labels(stamp: str, between: str, tmp_path: Path) -> None:
+    columns, found = proposed(tmp_path / "act.log", lines(between, X, Y, stamp=stamp))
+    assert columns["time_s"] == {"column": "stamp", "unit": "s"}
+    assert (columns["tension_in_n"]["column"], columns["tension_out_n"]["column"]) == ("Fin", "Fout")
+    one = imported(tmp_path / "act.log", found)
+    np.testing.assert_allclose(one.tension_out_n, Y, atol=6e-4)
+    np.testing.assert_allclose(one.time_s - one.time_s[0], T, atol=1.1e-3)
+
+
+def test_a_date_and_a_time_in_front_of_cells_are_one_stamp(tmp_path: Path) -> None:
+    columns, found = proposed(tmp_path / "act.log", lines(" {:.3f},{:.3f}", X, Y, stamp="%Y-%m-%d %H:%M:%S.%f"))
+    assert columns["time_s"] == {"column": "stamp", "unit": "s"}
+    np.testing.assert_allclose(imported(tmp_path / "act.log", found).tension_in_n, X, atol=6e-4)
+
+
+def test_labels_may_hold_numbers(tmp_path: Path) -> None:
+    columns, _ = proposed(tmp_path / "act.log", lines("Cell 1: {:.0f} Cell 2: {:.0f}", 1e3 * X, 1e3 * Y))
+    assert (columns["tension_in_n"]["column"], columns["tension_out_n"]["column"]) == ("Cell 1", "Cell 2")
+
+
+@pytest.mark.parametrize("later", [0.0, 0.37])
+def test_two_clocks_in_two_columns_each_are_two_clocks(later: float, tmp_path: Path) -> None:
+    other = later + (1.25 if later else 1.0) * T
+    nano = np.round(1e9 * np.array([7.25 + T, 7.25 + other])).astype(np.int64)
+    text = "in_stamp_sec,in_stamp_nanosec,Fin_N,out_stamp_sec,out_stamp_nanosec,Fout_N\n" + "".join(
+        f"{a // 10**9},{a % 10**9},{x:.4f},{b // 10**9},{b % 10**9},{y:.4f}\n"
+        for a, x, b, y in zip(nano[0], X, nano[1], np.interp(other, T, Y), strict=True)
+    )
+    columns, found = proposed(tmp_path / "act.csv", text)
+    assert columns["time_s"] == {"column": "in_stamp_sec", "unit": "s", "fraction": "in_stamp_nanosec", "fraction_unit": "ns"}
+    own = {k: columns["tension_out_n"].get(k) for k in ("time", "fraction")}
+    assert own == ({"time": "out_stamp_sec", "fraction": "out_stamp_nanosec"} if later else {"time": None, "fraction": None})
+    one = imported(tmp_path / "act.csv", found)
+    np.testing.assert_allclose(one.tension_out_n, np.interp(one.time_s - 7.25, T, Y), atol=0.05)
