@@ -130,7 +130,9 @@ def _pair(looks: list[Look]) -> Pair | None:
 
 def _only_channel(look: Look) -> tuple[Said, ...]:
     """Return the one channel that moves beside the clock where it may be a tension (``data``, ``col2``), which is asked where the file's name is none of a force."""
-    moving = [s for s in look.names if s.name in look.data and s.name != look.time.channel and moves(look.data[s.name])]
+    moving = [
+        s for s in look.names if s.name in look.data and s.name not in (look.time.channel, look.time.fraction) and moves(look.data[s.name])
+    ]
     if len(moving) != 1 or moving[0].quantity or moving[0].reference or moving[0].dimension not in ("", "voltage", "count"):
         return ()
     named = said(look.path.stem).quantity == "force"

@@ -109,8 +109,10 @@ def _system_question(name: str, held: list[str]) -> str:
 
 
 def holds_systems(texts: list[str]) -> bool:
-    """Return whether a column of text holds words for systems and nothing else."""
-    return bool(texts) and all(map(known_system, set(texts)))
+    """Return whether a column of text holds words for systems and nothing else; ``double`` alone is a type of data."""
+    held = set(texts)
+    found = set(map(known_system, held))
+    return len(texts) > 1 and "" not in found and (len(found) > 1 or not {h.strip().lower() for h in held} & {"single", "double"})
 
 
 def _labels(target: str, values: list[str]) -> bool:

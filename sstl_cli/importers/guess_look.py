@@ -95,7 +95,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     own = {c.name: c.time for c in channels if c.time and c.time != c.name}
     stated = _stamps(chosen, path, texts) or _rate(chosen, path, found)
     time = guess_time(names, one, texts, stated)
-    moving = [s for s in names if s.name in data and s.name != time.channel and moves(data[s.name])]
+    moving = [s for s in names if s.name in data and s.name not in (time.channel, time.fraction) and moves(data[s.name])]
     _refuse_long(path, found, moving)
     roles = guess_roles(moving, data)
     clocks = Clocks(time)
@@ -228,7 +228,7 @@ def _clock_if_forward(one: Said, values: Array | None) -> Said:
     unit = time_unit(one.name)
     if values is None or one.strange or not runs_forward(values := trimmed(values)):
         return one
-    if unit and one.dimension in ("", "count") and one.quantity in ("other", "index", "") and even(values):
+    if unit and one.dimension in ("", "count") and one.quantity in ("other", "index", "force", "") and even(values):
         # cpu_ms and adc_ms: whatever they are of, ticks that run on evenly in a unit of time are a clock
         return replace(one, quantity="time", unit=unit)
     if one.quantity not in ("", "force") or one.unit:

@@ -156,6 +156,9 @@ def _only(found: list[Said], side: str, sure: bool = True) -> Roles:
     said = f"is the {what}; no other channel is named as a tension" if sure else "is the only channel named as a tension, of whichever side"
     reasons: tuple[str, ...] = (f"'{found[0].name}' {said}",)
     missing = f"only one tension here: where is the {other}?"
+    if found[1:]:
+        shown = ", ".join(repr(s.name) for s in found[:5])
+        missing = f"{shown} all say {what}: which of them, or which other channel, is the {other}?"
     return Roles(one, (), ask, missing, reasons) if side == "in" else Roles((), one, missing, ask, reasons)
 
 

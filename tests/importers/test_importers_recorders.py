@@ -115,7 +115,7 @@ def test_a_table_of_statistics_below_the_samples_is_no_part_of_them(tmp_path: Pa
     in_newtons_and_seconds(tmp_path / "act.csv", found)
 
 
-@pytest.mark.parametrize(("first", "second"), [("cpu_ms", "adc_ms"), ("host_ms", "daq_us"), ("plc_s", "raw_ms")])
+@pytest.mark.parametrize(("first", "second"), [("cpu_ms", "adc_ms"), ("host_ms", "daq_us"), ("plc_s", "raw_ms"), ("plc_ms", "hx_us")])
 def test_ticks_that_run_on_evenly_are_a_clock_whatever_they_are_of(first: str, second: str, tmp_path: Path) -> None:
     size = {"ms": 1e3, "us": 1e6, "s": 1.0}
     a, b = (size[n.rpartition("_")[2]] for n in (first, second))
@@ -146,3 +146,15 @@ def test_a_column_that_holds_systems_gives_the_system(values: tuple[str, str], n
     (tmp_path / "rig.toml").write_text(found.toml.replace("(?)", ""))
     systems = [r.system for r in run([path], read_mapping(tmp_path / "rig.toml")).runs]
     assert systems == [{"act": "act", "single": "act"}.get(v.lower(), "sstl") for v in values]
+
+
+def test_a_type_of_data_is_no_system(tmp_path: Path) -> None:
+    _, found = proposed(tmp_path / "act.csv", "Time (s),Fin (N),Fout (N),type\n" + rows(T, X, Y, "double"))
+    assert found.questions == []
+
+
+def test_channels_that_all_say_one_side_are_asked_for_the_other(tmp_path: Path) -> None:
+    _, found = proposed(tmp_path / "act.csv", "Time (s),Input 1 (N),Input 2 (N)\n" + rows(T, X, Y))
+    asked = {q.target: q.text for q in found.questions}
+    assert "'Input 1 (N)', 'Input 2 (N)' all say input: which of them" in asked["tension_out_n"]
+    assert "NAME" not in found.toml and "merge" not in found.toml

@@ -218,3 +218,20 @@ def test_two_clocks_in_two_columns_each_are_two_clocks(later: float, tmp_path: P
     assert own == ({"time": "out_stamp_sec", "fraction": "out_stamp_nanosec"} if later else {"time": None, "fraction": None})
     one = imported(tmp_path / "act.csv", found)
     np.testing.assert_allclose(one.tension_out_n, np.interp(one.time_s - 7.25, T, Y), atol=0.05)
+
+
+def test_two_headerless_wrenches_of_ros_are_a_pair_on_the_clocks_of_two_columns(tmp_path: Path) -> None:
+    files = [tmp_path / "ft_in.csv", tmp_path / "ft_out.csv"]
+    for path, force, late in zip(files, (X, Y), (0, 1000), strict=True):
+        stamps = 1715682153 * 10**9 + np.round(1e9 * (0.123 + T)).astype(np.int64) + late
+        path.write_text("".join(f"{s // 10**9},{s % 10**9},ft,0.1,-0.2,{f:.4f},0.0,0.0,0.0\n" for s, f in zip(stamps, force, strict=True)))
+    found = guess(files)
+    columns = tomllib.loads(found.toml)["columns"]
+    assert columns["time_s"]["fraction"] == columns["tension_out_n"]["fraction"] == "col2"
+    assert {q.target for q in found.questions} == {"time_s", "tension_in_n", "tension_out_n", "system"}
+    (tmp_path / "rig.toml").write_text(found.toml.replace("(?)", ""))
+    [one] = run(files, read_mapping(tmp_path / "rig.toml")).runs
+    at = one.time_s - 1715682153.123
+    np.testing.assert_allclose(one.tension_in_n, np.interp(at, T, X), atol=2e-3)
+    np.testing.assert_allclose(one.tension_out_n, np.interp(at, T, Y), atol=2e-3)
+    np.testing.assert_allclose(np.diff(at), np.diff(T)[0], atol=1e-6)
