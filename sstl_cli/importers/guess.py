@@ -114,6 +114,8 @@ def _joined(paths: list[Path], wanted: str | None) -> Look | None:
 
 def _pair(looks: list[Look]) -> Pair | None:
     """Return the files that hold the input and the output, where each holds one side only."""
+    if (two := _unsided(looks)) is not None:
+        return two
     sides: dict[str, list[Look]] = {"in": [], "out": []}
     for look in looks:
         side = side_of(look.path.stem)
@@ -126,6 +128,23 @@ def _pair(looks: list[Look]) -> Pair | None:
     if not sides["in"] or len(sides["in"]) != len(sides["out"]):
         return None
     return Pair(tuple(sides["in"]), tuple(sides["out"]))
+
+
+def _unsided(looks: list[Look]) -> Pair | None:
+    """Return two files of one tension each whose names say no side (``F0001CH1``, ``F0001CH2``): which holds the input is asked."""
+    held = [look.tensions or _only_channel(look) for look in looks]
+    if len(looks) != 2 or any(len(many) != 1 or many[0].side or side_of(x.path.stem) for many, x in zip(held, looks, strict=True)):
+        return None
+    moved = [float(np.nanmax(v) - np.nanmin(v)) for x, (one,) in zip(looks, held, strict=True) if len(v := x.data[one.name])]
+    # the side that pulls moves more against friction
+    order = (1, 0) if len(moved) == 2 and moved[1] > moved[0] else (0, 1)
+    first, second = (replace(looks[i], roles=_one_side(held[i], side, looks[i].data)) for i, side in zip(order, ("in", "out"), strict=True))
+    asks = [
+        f"no name says a side: is '{x.path.name}' the {side}, of the same recording?" for x, side in ((first, "input"), (second, "output"))
+    ]
+    first = replace(first, roles=replace(first.roles, ask_first="; ".join(filter(None, (asks[0], first.roles.ask_first)))))
+    second = replace(second, roles=replace(second.roles, ask_second="; ".join(filter(None, (asks[1], second.roles.ask_second)))))
+    return Pair((first,), (second,))
 
 
 def _only_channel(look: Look) -> tuple[Said, ...]:

@@ -226,7 +226,7 @@ def _files(pair: Pair) -> tuple[str, str]:
     for mine, other in ((first, second), (second, first)):
         words = [w for w in re.findall(r"[A-Za-z]+|\d+", mine) if w not in re.findall(r"[A-Za-z]+|\d+", other)]
         word = next((w for w in side_words([mine]) if w in words), words[0] if words else mine)
-        out.append(f"file = {json.dumps(re.escape(mine) if word == mine else _alone(word))}")
+        out.append(f"file = {json.dumps(re.escape(mine) if word == mine or word.isdigit() else _alone(word))}")
     return out[0], out[1]
 
 

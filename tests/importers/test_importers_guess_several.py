@@ -10,6 +10,7 @@ from header_table import N, T, X, Y, rows
 from test_importers_guess import answered
 
 from sstl_cli.importers.guess import guess
+from sstl_cli.importers.mapping import read_mapping
 from sstl_cli.steps.import_ import run
 
 FORCES = ("tension_in_n", "tension_out_n")
@@ -97,3 +98,16 @@ def test_one_channel_that_is_no_tension_makes_no_pair(tmp_path: Path) -> None:
     for path in files:
         path.write_text("Time (s),Winkel (deg)\n" + rows(T, X))
     assert "merge" not in guess(files).toml
+
+
+def test_two_files_of_one_tension_each_are_asked_which_holds_the_input(tmp_path: Path) -> None:
+    files = [tmp_path / "F0001CH2.csv", tmp_path / "F0001CH1.csv"]
+    for path, v in zip(files, (Y, X), strict=True):
+        path.write_text("TIME,CH\ns,N\n" + rows(T, v))
+    found = guess(files)
+    asked = {q.target: q.text for q in found.questions}
+    assert "'F0001CH1.csv' the input" in asked["tension_in_n"] and "'F0001CH2.csv' the output" in asked["tension_out_n"]
+    (tmp_path / "rig.toml").write_text(found.toml.replace("(?)", ""))
+    [one] = run(files, read_mapping(tmp_path / "rig.toml")).runs
+    np.testing.assert_allclose(one.tension_in_n, X, atol=2e-3)
+    np.testing.assert_allclose(one.tension_out_n, Y, atol=2e-3)
