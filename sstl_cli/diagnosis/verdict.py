@@ -379,8 +379,9 @@ def _tied(rows: Rows, top: Ids) -> list[Ids]:
     def contains(c: CandidateRow) -> bool:
         return own <= {title(i) for i in c.ids} or (len(c.ids) > len(top) and zero <= {with_zeros(i) for i in c.ids})
 
-    others = [c for c in rows.named.candidates if c.kind == OUTPUT and not contains(c)]
-    return [c.ids for c in others if c.evidence > best.evidence - DECIDES_NATS]
+    # what joins has to add what any further effect has to
+    others = [(c, JOINS_NATS * max(len(c.ids) - len(top), 0)) for c in rows.named.candidates if c.kind == OUTPUT and not contains(c)]
+    return [c.ids for c, joins in others if c.evidence - joins > best.evidence - DECIDES_NATS]
 
 
 def _set(ranked: Sequence[Ids], p: Mapping[Ids, float], least: float) -> tuple[Ids, ...]:

@@ -39,7 +39,7 @@ from sstl_cli.diagnosis.weights import Weights
 
 LEFT = Leftover(400, 1.5, 0.0, 0.0, 0.0, (Misfit("mean by run", 7.0, 3.0, "run a"),))
 LOG = LogRow(400, 2, 3, 1.5, 99.0, 9.0, 1.0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.3, 1.0, 1.0)
-DECIDES = log(49.0)
+DECIDES, JOINS = log(49.0), 5.0
 
 
 def row(*ids, evidence=100.0, kind=OUTPUT, **more):
@@ -268,6 +268,15 @@ def test_models_are_tied_to_49_to_1(behind, tied):
     with_it, fault = row("crosstalk", "viscous", evidence=200.0), row("saturation", kind=RECORDER, evidence=900.0)
     assert _tied(rows(top, with_it, fault), top.ids) == [] and _tied(rows(top, other, barred={"crosstalk": "x"}), top.ids) == []
     assert _tied(rows(fault, top), fault.ids) == []
+
+
+@pytest.mark.parametrize(("ahead", "tied"), [(JOINS - DECIDES - 0.01, False), (JOINS - DECIDES + 0.01, True)])
+def test_a_pair_is_tied_only_where_its_further_effect_adds_what_joining_asks(ahead, tied):
+    top, pair = row("viscous", evidence=50.0), row("crosstalk", "slack", evidence=50.0 + ahead)
+    assert _tied(rows(top, pair), top.ids) == ([pair.ids] if tied else [])
+    # a single effect needs nothing more than a pair
+    single = row("gain_error", evidence=50.0 + ahead - DECIDES + 0.01)
+    assert _tied(rows(pair, single), pair.ids) == [single.ids]
 
 
 @pytest.mark.parametrize(("apart", "told"), [(1.01, True), (0.99, False)])
