@@ -23,6 +23,8 @@ FULL_SCALE = 2.5
 MOST = 1e9
 # samples (odd) over which a reading is averaged to part it from its noise
 SMOOTH = 5
+# a delay of fewer samples a log hardly tells
+LEAST_SAMPLES = 2.0
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,11 @@ class Injection:
     effect: str
     size: float
     parameter: str
+
+
+def _smoothed(y: Array) -> Array:
+    """Return what readings (N, shape (n,)) are without their noise: means over a few of them."""
+    return np.asarray(np.convolve(np.pad(y, SMOOTH // 2, mode="edge"), np.full(SMOOTH, 1.0 / SMOOTH), mode="valid"))
 
 
 def _offset(r: Run, size: float, top: float) -> Array:
@@ -48,7 +55,10 @@ def _drift(r: Run, size: float, top: float) -> Array:
 
 
 def _delay(r: Run, size: float, top: float) -> Array:
-    return np.interp(r.time_s - size, r.time_s, r.tension_out_n)
+    # between two readings noise would be averaged, which no delay does: it stays that of the nearest one
+    smooth, then = _smoothed(r.tension_out_n), r.time_s - size
+    nearest = np.rint(np.interp(then, r.time_s, np.arange(len(smooth)))).astype(np.int64)
+    return np.asarray(np.interp(then, r.time_s, smooth) + (r.tension_out_n - smooth)[nearest])
 
 
 def _lowpass(r: Run, size: float, top: float) -> Array:
@@ -76,7 +86,7 @@ def _friction(r: Run, size: float, top: float) -> Array:
     # dry friction at the output end: what arrives has to overcome it both ways (a play). The sensor reads behind it, so that its
     # noise, what a mean over a few samples leaves, stays as it was
     y = r.tension_out_n
-    smooth = np.convolve(np.pad(y, SMOOTH // 2, mode="edge"), np.full(SMOOTH, 1.0 / SMOOTH), mode="valid")
+    smooth = _smoothed(y)
     out = np.empty(len(y))
     at = float(smooth[0])
     for i, v in enumerate(smooth):
@@ -126,7 +136,7 @@ def _operated(runs: Sequence[Run], injection: Injection) -> list[Run]:
 
 
 def of_size(runs: Sequence[Run], effect: str, share: float = SHARE) -> Injection:
-    """Return an injection that moves the output by a share of its span (RMS)."""
+    """Return an injection that moves the output by a share of its span (RMS), of a delay at least two samples."""
     _, parameter, unit = OPERATIONS[effect]
     span = max(float(np.ptp(r.tension_out_n)) for r in runs)
     low, high = 0.0, unit
@@ -141,6 +151,8 @@ def of_size(runs: Sequence[Run], effect: str, share: float = SHARE) -> Injection
     for _ in range(30):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if moved(middle) < share * span else (low, middle)
+    if effect == "channel_delay":
+        high = max(high, LEAST_SAMPLES * float(np.median(np.concatenate([np.diff(r.time_s) for r in runs]))))
     return Injection(effect, float(f"{high:.3g}"), parameter)
 
 

@@ -67,6 +67,21 @@ def test_size_moves_the_output_by_the_share(effect):
     assert moved == pytest.approx(0.05 * np.ptp(run.tension_out_n), rel=0.03)
 
 
+def test_a_delay_between_two_readings_leaves_the_noise():
+    rng, time = np.random.default_rng(0), np.arange(4000) * 0.01
+    noise = 0.01 * rng.standard_normal(4000)
+    (made,) = put_in([Run("r", "act", time, time, 3.0 * time + noise)], Injection("channel_delay", 0.016, ""))
+    left = made.tension_out_n - 3.0 * (made.time_s - 0.016)
+    assert np.mean(left) == pytest.approx(0.0, abs=1e-3)
+    # a mean of two readings, as straight lines between them make it, would have 0.72 of it
+    assert np.std(left[5:-5]) == pytest.approx(0.01, rel=0.05)
+
+
+def test_a_delay_is_of_two_samples_at_least():
+    run = Run("a", "act", TIME, RUN.tension_in_n, RUN.tension_out_n)
+    assert of_size([run], "channel_delay", 1e-3).size == pytest.approx(0.2)
+
+
 def test_a_run_shorter_than_the_delay_is_left_out():
     assert put_in([RUN, replace(RUN, run_id="b")], Injection("channel_delay", 2.0, "")) == []
 
