@@ -99,6 +99,45 @@ def swapped_midway(r: Run) -> Run:
     return replace(r, tension_in_n=np.where(later, y, x), tension_out_n=np.where(later, x, y))
 
 
+def quiet(v: np.ndarray) -> np.ndarray:
+    """Return a channel without its noise."""
+    return np.convolve(np.pad(v, 4, mode="edge"), np.ones(9) / 9, "valid")
+
+
+def with_position(r: Run) -> Run:
+    """Return a run whose columns of output and position (0.3 mm a newton) were exchanged."""
+    noise = 0.01 * np.random.default_rng(8).standard_normal(len(r))
+    return replace(r, tension_out_n=0.3 * quiet(r.tension_in_n) + noise, position_in_mm=r.tension_out_n)
+
+
+def dahl(x: np.ndarray, wrap: float, path: float = 3.0, state: float = 0.4) -> np.ndarray:
+    """Return the output of friction that builds up over ``path`` times n theta in the logarithm of tension (Dahl's law), step by step."""
+    u, y = np.log(x), np.empty(len(x))
+    for k in range(len(x)):
+        step = u[k] - u[k - 1] if k else 0.0
+        # a hundredth of the path at the most in each
+        parts = 1 + int(abs(step) / (0.01 * path * wrap))
+        for _ in range(parts):
+            state += step / parts / (path * wrap) * (1.0 - state * np.sign(step))
+        y[k] = np.exp(u[k] - wrap * state)
+    return y
+
+
+def slow_to_build_up(thetas: tuple[float, ...] = (0.1, 0.3, 0.5, 0.8), sd: float = 0.02, movement: int = 11) -> list[Run]:
+    """Return a sound log whose presliding is longer than its movement."""
+    found = []
+    t, x = multisine(movement, 3.0, 26.0, seconds=75.0)
+    t, x = t[: len(t) // 3], x[::3]
+    for i, theta in enumerate(thetas):
+        for passes, system in ((1, "act"), (2, "sstl")):
+            noise = sd * np.random.default_rng(50 + 2 * i + passes).standard_normal((2, len(t)))
+            name = f"b{round(10 * theta):02d}0"
+            found.append(
+                Run(f"{system}-{name}", system, t, x + noise[0], dahl(x, passes * theta) + noise[1], config_id=name, trajectory="rand")
+            )
+    return found
+
+
 def exchanged() -> list[Run]:
     other = {"sstl-b020": "b080", "sstl-b080": "b020"}
     return [replace(r, config_id=other.get(r.run_id, r.config_id)) for r in rig()]
@@ -125,7 +164,10 @@ CAUSES: dict[str, Callable[[], list[Run]]] = {
     "two_rigs": two,
     "normalised": lambda: changed(lambda r: replace(r, tension_out_n=(r.tension_out_n - r.tension_out_n.min()) / np.ptp(r.tension_out_n))),
     "curved": lambda: changed(lambda r: replace(r, tension_out_n=16.0 * np.tanh(r.tension_out_n / 16.0)), "act-b050"),
-    "energy": lambda: changed(lambda r: replace(r, tension_out_n=r.tension_in_n - 0.5 * r.tension_out_n)),
+    "energy": lambda: changed(lambda r: replace(r, tension_out_n=quiet(r.tension_in_n) - 0.5 * r.tension_out_n)),
+    "mixed": lambda: changed(lambda r: replace(r, tension_out_n=0.5 * (r.tension_in_n + r.tension_out_n))),
+    "columns": lambda: changed(with_position),
+    "relabelled": lambda: [replace(r, config_id="b080") if r.run_id == "act-b010" else r for r in slow_to_build_up()],
     "unexplained": lambda: changed(swapped_midway, "act-b020"),
     "crosstalk": lambda: changed(lambda r: replace(r, tension_out_n=r.tension_out_n + 0.25 * r.tension_in_n), "act-b050"),
 }

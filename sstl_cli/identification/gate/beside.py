@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeGuard
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.stretches import stretches
 from sstl_cli.identification.gate import overflows
+from sstl_cli.identification.gate.causes import FRICTION, UNKNOWN, Cause, best_fit, bundled, floor_of
 from sstl_cli.identification.gate.movement import NO_MOVEMENT, Movement, movement_of, unlike
 
 Array = NDArray[np.float64]
@@ -69,6 +70,20 @@ def follows_of(position: Array | None, x: Array) -> float:
     if position is None or np.count_nonzero(good) < MIN_SAMPLES or not float(np.std(position[good])) * float(np.std(x[good])) > 0.0:
         return math.nan
     return float(np.corrcoef(position[good], x[good])[0, 1])
+
+
+def instead_of(position: Array | None, points: tuple[Array, Array], noise: tuple[float, float]) -> tuple[Cause, Cause]:
+    """Return what friction alone makes of a run with a position in the place of the input and of the output, which leaves a share of the output's span."""
+    if not _throughout(position):
+        return UNKNOWN, UNKNOWN
+    x, y = points
+    return _alone(position, y, noise[1]), _alone(x, position, noise[0])
+
+
+def _alone(x: Array, y: Array, noise_n: float) -> Cause:
+    # friction that fades over a path without end is a gain, which is what an exchange must not need
+    found = best_fit(x, y, bundled(FRICTION), floor_of(noise_n, y))
+    return replace(found, rms_n=found.rms_n / max(float(np.ptp(y)), 1e-300))
 
 
 def position_movement(position: Array | None) -> Movement:

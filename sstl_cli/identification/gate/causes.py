@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.identification.filtering import median, quantile
+from sstl_cli.identification.gate.fading import fading_of, scaled_fading_of
 from sstl_cli.identification.gate.playfit import PlayFit
 from sstl_cli.identification.gate.strands import CREEPS, LAG, PARAMETERS, SPREAD, descend, played, tried
 
@@ -86,6 +87,8 @@ class Causes:
 
     Where friction alone leaves more than noise it may build up over a path in all of them: a bundle of plays, whose strands slide one after the other.
 
+    ``fading`` is no slip either but friction that builds up over a path so long that it never forgets where it began.
+
     ``noise_n`` is the noise of both sensors as the output shows it. NaN where nothing was compared: slips are not where
     friction leaves but noise.
     """
@@ -102,6 +105,7 @@ class Causes:
     creep: Cause
     scale: Cause
     scale_in: Cause
+    fading: Cause
 
     @property
     def enough(self) -> bool:
@@ -114,8 +118,8 @@ class Causes:
 
     @property
     def slips(self) -> tuple[Cause, ...]:
-        """Return friction alone, that by speed, and with each slip that leaves the order of the samples as it is."""
-        return self.friction, self.gain, self.zero_in, self.zero_out, self.moved, self.slow, self.speed, self.creep
+        """Return friction alone, that by speed and that which fades, and with each slip that leaves the order of the samples as it is."""
+        return self.friction, self.gain, self.zero_in, self.zero_out, self.moved, self.slow, self.speed, self.creep, self.fading
 
     def least_n(self, duration_s: float) -> float:
         """Return what friction leaves of a run with the slip that explains most (N RMS), 0 where nothing was compared."""
@@ -132,7 +136,7 @@ class Causes:
 
 
 UNKNOWN = Cause(math.nan, math.nan, math.nan)
-NO_CAUSES = Causes(math.nan, *[UNKNOWN] * 11)
+NO_CAUSES = Causes(math.nan, *[UNKNOWN] * 12)
 
 
 def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], play: PlayFit) -> Causes:
@@ -149,16 +153,18 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
     """
     floor = floor_of(noise[1], y)
     friction = best_fit(x, y, FRICTION, floor, play)
-    found = Causes(math.hypot(noise[1], math.exp(-friction.wrap) * noise[0]), friction, *[UNKNOWN] * 10)
+    found = Causes(math.hypot(noise[1], math.exp(-friction.wrap) * noise[0]), friction, *[UNKNOWN] * 11)
     if found.enough:
         return found
     bundle = best_fit(x, y, bundled(FRICTION), floor, play)
     found = replace(found, friction=min(friction, bundle, key=lambda c: c.rms_n))
     if found.enough:
         return found
+    wrap, left = fading_of(x, y)
     found = replace(
         found,
-        gain=best_fit(x, y, bundled(GAIN), floor, play),
+        fading=Cause(wrap, math.nan, left),
+        gain=min(best_fit(x, y, bundled(GAIN), floor, play), _scaled_fading(x, y), key=lambda c: c.rms_n),
         zero_in=best_fit(x, y, bundled(ZERO_IN), floor, play),
         zero_out=best_fit(x, y, bundled(ZERO_OUT), floor, play),
         moved=_moved(time_s, x, y, floor, play),
@@ -173,6 +179,12 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
         found = replace(found, scale=scales[0], scale_in=scales[1])
     taken = (found.zero_in, found.zero_out, found.moved, found.slow, found.creep, found.reversed)
     return replace(found, speed=by_speed(time_s, x, y, floor, play)) if any(found.holds(c.rms_n) for c in taken) else found
+
+
+def _scaled_fading(x: Array, y: Array) -> Cause:
+    """Return what friction that never forgets where it began leaves with a gain."""
+    wrap, gain, rms = scaled_fading_of(x, y)
+    return Cause(wrap, gain, rms if math.isfinite(rms) else math.inf)
 
 
 def finest(fit: Callable[[int], Cause], k: int, step: int, within: range) -> tuple[Cause, int]:
@@ -192,14 +204,22 @@ def floor_of(noise_n: float, y: Array) -> float:
 
 def by_speed(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit | None, over: tuple[int, ...] = SPEED_OVER) -> Cause:
     """Return what friction that changes with speed leaves; of the speed at which it has changed two are tried, measured ``over`` so many points."""
-    return min((_by_speed(time_s, x, y, floor, play, n) for n in over), key=lambda c: c.rms_n)
+    return fast_of(time_s, x, y, floor, play, over)[0]
 
 
-def _by_speed(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit | None, n: int) -> Cause:
+def fast_of(
+    time_s: Array, x: Array, y: Array, floor: float, play: PlayFit | None, over: tuple[int, ...] = SPEED_OVER
+) -> tuple[Cause, Array]:
+    """Return what friction that changes with speed leaves, and by how much of its change it has changed at every sample (0 to 1)."""
+    tried = [(best_fit(x, y, bundled(SPEED), floor, play, fast), fast) for n in over for fast in _fast(time_s, x, n)]
+    return min(tried, key=lambda c: c[0].rms_n)
+
+
+def _fast(time_s: Array, x: Array, n: int) -> list[Array]:
     smooth = np.convolve(np.pad(x, n // 2, mode="edge"), np.full(n, 1.0 / n), "valid")
     speed = np.abs(np.gradient(smooth, time_s))
     scales = [max(quantile(speed, part), 1e-3 * float(speed.max()), 1e-300) for part in SLOWER]
-    return min((best_fit(x, y, bundled(SPEED), floor, play, -np.expm1(-speed / scale)) for scale in scales), key=lambda c: c.rms_n)
+    return [-np.expm1(-speed / scale) for scale in scales]
 
 
 def _moved(time_s: Array, x: Array, y: Array, floor: float, play: PlayFit) -> Cause:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from sstl_cli.identification.gate.ahead import Ahead
 from sstl_cli.identification.gate.beside import Standstill
-from sstl_cli.identification.gate.causes import Causes
+from sstl_cli.identification.gate.causes import Cause, Causes
 from sstl_cli.identification.gate.clock_rate import ClockRate
 from sstl_cli.identification.gate.curves import Curve
 from sstl_cli.identification.gate.dropouts import Dropouts
@@ -15,6 +15,7 @@ from sstl_cli.identification.gate.filled import Filled
 from sstl_cli.identification.gate.fingerprints import Again, Keys, Sketch
 from sstl_cli.identification.gate.hum import Hum
 from sstl_cli.identification.gate.lost import Lost
+from sstl_cli.identification.gate.mixing import Mixed
 from sstl_cli.identification.gate.movement import WAY, Movement
 from sstl_cli.identification.gate.playfit import PlayFit
 from sstl_cli.identification.gate.sensors import Sensor
@@ -29,10 +30,16 @@ PULLED = 0.5
 PULLED_FROM = 0.12
 # part of the output's span that friction may leave for its size to be known to some percent, and how far (logarithm) any slip beside it may move that
 ABOUT_LEFT, ABOUT = 0.03, 0.2
+# times what a slip leaves that a law of friction may leave for its size to be believed
+APIECE = 2.0
+# what friction that fades may leave of what a bundle of plays leaves for its lines not to be believed
+FADES = 0.3
 # n theta beyond which no bend goes: more is a gain
 MOST_WRAP = 2.3
 # logarithm of highest over lowest input: twice n theta of a usual bend of one pass
 BACKLASH = 1.0
+# how far (logarithm) the slope of a pull may be from that of friction that leaves but noise
+ALONG = 0.3
 # slope over that of the pull of an output at rest
 RESTS = 0.1
 
@@ -60,7 +67,7 @@ class Evidence:
 
     ``dt_first_s`` and ``dt_last_s`` are the sampling periods of the first and last tenth, ``dt_error_s`` what jitter makes of such a mean.
 
-    ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``curve`` behind a curve of the output, ``clock_rate`` with another rate of its clock, ``ahead`` by how much the output leads, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
+    ``slopes`` are those on which phases and play operator agree, ``causes`` what friction leaves of the output, alone and with one slip, ``curve`` behind a curve of the output, ``clock_rate`` with another rate of its clock, ``ahead`` by how much the output leads, ``mixed`` the part of the input that it holds, ``shapes`` what a channel shows that is no tension. ``tensions`` are the channels that hold tensions, by name. ``whole_share`` is the part of samples that are whole
     numbers, ``digits_lost`` the part that lack a digit, ``two_values`` whether a channel takes two values and no others, ``line_share`` how much of a channel is a straight line in time (both input, output).
     ``correlation`` is that of input and output, ``noise_correlation`` that of their fast parts,
     ``loop_work`` what closed loops give (share of the input's way times the output's span; friction takes), ``both_ways`` the part of its span that each channel goes up as well as down, ``extremes`` the smallest and largest reading of each channel,
@@ -68,7 +75,7 @@ class Evidence:
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
     ``reference_left`` is what its reference leaves of the input's movement, ``reference_lag`` is that of the input behind its reference, and its standard error (s), ``movement`` how the input moves sample by sample.
-    ``position_follows`` is the correlation of position and input, ``position_movement`` how the position moves sample by sample, ``position_wrap_mm`` by how much it jumps from end to end of its range, ``position_rest`` where it stands still, ``off`` by how much position and reference read beside the input (share of its span), ``copies`` are the pairs of columns that hold the same numbers.
+    ``position_follows`` is the correlation of position and input, ``position_movement`` how the position moves sample by sample, ``position_wrap_mm`` by how much it jumps from end to end of its range, ``position_rest`` where it stands still, ``instead`` what friction makes of it (leaving a share of the span) with the position in the place of the input and of the output, ``off`` by how much position and reference read beside the input (share of its span), ``copies`` are the pairs of columns that hold the same numbers.
     ``filled`` is a stretch that was interpolated, ``held_while`` what the other channel moves by while a slow one is held (N).
     ``disorder`` tells how the rows were put in another order, ``dropouts`` are readings of one level that replace missing ones (input, output),
     ``roughness`` are the steps from one sample to the next over those between samples in any order, ``raw_correlation`` is that of all samples,
@@ -116,6 +123,7 @@ class Evidence:
     curve: Curve | None
     clock_rate: ClockRate | None
     ahead: Ahead | None
+    mixed: Mixed | None
     shapes: Shapes
     forward_rms: float
     swapped_rms: float
@@ -133,6 +141,7 @@ class Evidence:
     position_movement: Movement
     position_wrap_mm: float
     position_rest: Standstill | None
+    instead: tuple[Cause, Cause]
     off: tuple[float, float]
     reference_gain: float
     reference_left: float
@@ -156,6 +165,8 @@ class Evidence:
             return self.slopes.friction
         alone = self.causes.friction
         shown = p.shares[0] > AGREED_SHARE and p.reaches[0] > LEAST_REACH and alone.size < PULLED_FROM * self.ranges[1].largest
+        # an output that never leaves its backlash rests along a line that is none of friction
+        shown = shown and abs(math.log(max(p.gamma_p, 1e-9)) + alone.wrap) < ALONG
         if self.causes.enough and alone.wrap < MOST_WRAP and shown:
             # friction alone leaves but noise: then a line seen over a part of the pull tells it
             return alone.wrap
@@ -164,23 +175,33 @@ class Evidence:
         # on the way back an output rests, and then falls faster than its input
         back = p.gamma_r > 1.0 or abs(p.gamma_r) < RESTS * p.gamma_p
         friction = 0.0 < p.gamma_p < 1.0 and back and abs(p.beta_p) < PULLED_FROM * self.ranges[1].largest
-        return -math.log(p.gamma_p) if seen and friction else math.nan
+        # where the input is highest a zero of either sensor counts least
+        passed = p.gamma_p + p.beta_p / max(self.ranges[0].high, 1e-300)
+        return -math.log(passed) if seen and friction and passed > 0.0 else math.nan
 
     @property
     def wrap_about(self) -> float:
-        """Return n theta to some percent: ``wrap``, or where presliding hides all lines that of friction which builds up over a path, if any slip beside it leaves it as it is."""
-        if self.wrap > 0.0 or not self.tendon_like:
-            return self.wrap
+        """Return n theta to some percent: ``wrap``, or where presliding or drag hides all lines that of the law of friction which leaves least, if no slip beside it leaves much less."""
         c, (a, b) = self.causes, self.ranges
+        faded = math.isfinite(c.fading.rms_n) and c.left(c.fading.rms_n) < FADES * c.left(c.friction.rms_n)
+        if (self.wrap > 0.0 and not faded) or not self.tendon_like:
+            return self.wrap
+        laws = [v for v in (c.friction, c.speed, c.fading) if math.isfinite(v.rms_n)]
+        if not laws or c.enough:
+            return math.nan
+        best = min(laws, key=lambda v: v.rms_n)
         # a slip that takes much away is another story
         beside = [v for v in (c.gain, c.zero_in, c.zero_out, c.slow, c.creep) if math.isfinite(v.rms_n)]
-        small = c.friction.rms_n < ABOUT_LEFT * b.span and not any(c.holds(v.rms_n) for v in beside)
-        agree = (
-            bool(beside)
-            and max(abs(math.log(v.wrap / c.friction.wrap)) if v.wrap > 0.0 < c.friction.wrap else math.inf for v in beside) < ABOUT
+        small = best.rms_n < ABOUT_LEFT * b.span and (
+            c.noise_alone(best.rms_n) or all(c.left(best.rms_n) < APIECE * c.left(v.rms_n) for v in beside)
         )
-        leaves = a.low > 0.0 and math.log(a.high / a.low) > 2.0 * c.friction.wrap
-        return c.friction.wrap if small and agree and leaves else math.nan
+        # of a law that never slides the run shows no more than how it builds up
+        leaves = best is c.fading or (a.low > 0.0 and math.log(a.high / a.low) > 2.0 * best.wrap)
+        if best is c.friction:
+            small = small and all(v.wrap > 0.0 and abs(math.log(v.wrap / best.wrap)) < ABOUT for v in beside if best.wrap > 0.0)
+        # speed adds from nothing at the turns to all of it in between
+        wrap = best.wrap * (1.0 + 0.5 * best.size) if best is c.speed else best.wrap
+        return wrap if small and leaves and wrap > 0.0 else math.nan
 
     @property
     def both_tensions(self) -> bool:

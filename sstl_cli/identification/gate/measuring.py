@@ -14,6 +14,7 @@ from sstl_cli.identification.filtering import median
 from sstl_cli.identification.gate.ahead import ahead_of
 from sstl_cli.identification.gate.beside import (
     follows_of,
+    instead_of,
     off_of,
     position_movement,
     reference_gain,
@@ -23,17 +24,19 @@ from sstl_cli.identification.gate.beside import (
     standstill_of,
     wrap_of,
 )
-from sstl_cli.identification.gate.causes import NO_CAUSES, causes_of, floor_of
+from sstl_cli.identification.gate.causes import NO_CAUSES, UNKNOWN, causes_of, floor_of
 from sstl_cli.identification.gate.changes import Recorded
 from sstl_cli.identification.gate.clock_rate import clock_rate_of
 from sstl_cli.identification.gate.curves import curve_of
 from sstl_cli.identification.gate.dropouts import dropouts_of
 from sstl_cli.identification.gate.evidence import NO_RANGE, Evidence, Range
+from sstl_cli.identification.gate.fading import fading_of
 from sstl_cli.identification.gate.filled import NOT_FILLED, filled_of, held_while
 from sstl_cli.identification.gate.fingerprints import NEVER, NO_KEYS, NO_SKETCH, again_of, copies_of, keys_of, sketch_of
 from sstl_cli.identification.gate.hum import hum_of
 from sstl_cli.identification.gate.jumps import channel_of
 from sstl_cli.identification.gate.lost import lost_of
+from sstl_cli.identification.gate.mixing import mixed_of
 from sstl_cli.identification.gate.movement import NO_MOVEMENT, both_ways, loop_work, movement_of
 from sstl_cli.identification.gate.noises import line_share, noise_correlation, noise_ratio
 from sstl_cli.identification.gate.playfit import PlayFit, corners, fit_play
@@ -68,10 +71,10 @@ def evidence_of(run: Run) -> Evidence:
         duration_s=float(run.time_s[-1] - run.time_s[0]) if len(run) else 0.0,
         sensors=sensors_of(run),
         usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
-        correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, both_ways=(0.0, 0.0), extremes=((math.nan, math.nan), (math.nan, math.nan)), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, clock_rate=None, ahead=None, shapes=NO_SHAPES, forward_rms=math.nan,
+        correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, both_ways=(0.0, 0.0), extremes=((math.nan, math.nan), (math.nan, math.nan)), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, clock_rate=None, ahead=None, mixed=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
         seam=(0.0, 0.0), seam_at_s=math.nan, seam_alone=False, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
-        position_span_mm=math.nan, position_follows=math.nan, position_movement=NO_MOVEMENT, position_wrap_mm=math.nan, position_rest=None, off=(math.nan, math.nan), reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH, again=NEVER,
+        position_span_mm=math.nan, position_follows=math.nan, position_movement=NO_MOVEMENT, position_wrap_mm=math.nan, position_rest=None, instead=(UNKNOWN, UNKNOWN), off=(math.nan, math.nan), reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH, again=NEVER,
     )  # fmt: skip
     if len(run) < MIN_SAMPLES:
         return unknown
@@ -116,6 +119,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         *(math.nan if se[n] is None else float(se[n]) for n in ("gamma_p", "gamma_r")),  # type: ignore[arg-type]
     )
     few = _thinned(clean, MOST_POINTS)
+    position = None if run.position_in_mm is None else _blocks(run.position_in_mm, MOST_POINTS)
     t, x, y = few.time_s - few.time_s[0], few.tension_in_n, few.tension_out_n
     ranges = (_range(x), _range(y))
     # without spikes a channel may be constant
@@ -144,6 +148,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         curve=curve_of(x, y, float(t[-1]), causes, play) if moves else None,
         clock_rate=clock_rate_of(t, x, y, e.duration_s, noises[1], causes) if moves else None,
         ahead=ahead_of(t, x, y, sensors, block, play, causes) if moves else None,
+        mixed=mixed_of(raw, (t, x, y), sensors, causes) if moves else None,
         shapes=shapes,
         forward_rms=residuals[0],
         swapped_rms=residuals[1],
@@ -156,6 +161,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         position_follows=follows_of(run.position_in_mm, run.tension_in_n),
         position_movement=position_movement(run.position_in_mm),
         position_wrap_mm=wrap_of(run.position_in_mm, clean.tension_in_n),
+        instead=instead_of(position, (x, y), noises) if moves and not causes.enough else (UNKNOWN, UNKNOWN),
         position_rest=standstill_of(run.time_s, run.position_in_mm, clean.tension_in_n),
         off=(off_of(run.position_in_mm, run.tension_in_n), off_of(run.tension_ref_n, run.tension_in_n)),
         reference_gain=reference_gain(run.tension_ref_n, run.tension_in_n),
@@ -233,8 +239,13 @@ def _thinned(run: Run, most: int) -> Run:
     length = -(-len(run) // most)
     if length < 2:
         return run
-    n = len(run) // length * length
-    return Run(run.run_id, run.system, *(v[:n].reshape(-1, length).mean(axis=1) for v in (run.time_s, run.tension_in_n, run.tension_out_n)))
+    return Run(run.run_id, run.system, _blocks(run.time_s, most), _blocks(run.tension_in_n, most), _blocks(run.tension_out_n, most))
+
+
+def _blocks(v: Array, most: int) -> Array:
+    """Return block means of a channel, at most ``most`` of them."""
+    length = -(-len(v) // most)
+    return np.asarray(v[: len(v) // length * length].reshape(-1, length).mean(axis=1), np.float64)
 
 
 def _middle_of_three(v: Array) -> Array:
@@ -264,7 +275,9 @@ def _fits(
     doubtful = fit.explained < 0.98 or leads or not 0.0 < fit.gamma_p < fit.gamma_r
     swapped = flipped = math.nan
     if doubtful:
+        faded = fading_of(y, x)[1]
         swapped = _best(t, y, x, NO_SLOPES, (ranges[1], ranges[0]), timed=False).rms_n / span_x
+        swapped = min(swapped, faded / span_x) if math.isfinite(faded) else swapped
     if correlation < 0.0 or min(r.middle for r in ranges) < 0.0:
         low, high = -ranges[1].high, -ranges[1].low
         mirrored = Range(low, high, -ranges[1].middle)

@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.identification.gate.causes import MORE, SPEED, Cause, Causes, best_fit, bundled, finest, floor_of
+from sstl_cli.identification.gate.causes import MORE, SPEED, SPEEDS_OVER, Cause, Causes, best_fit, bundled, by_speed, finest, floor_of
 from sstl_cli.identification.gate.movement import WAY, ways_of
 
 Array = NDArray[np.float64]
@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 POINTS, CUTS, FOLLOWED = 384, 11, 3
 # part of the run on either side: what settles does so at its beginning
 SIDE = 0.12
+# part of its span that an output must come back by on the other side
+BACK = 0.25
 # paths and times over which friction runs in (parts of those of the run)
 RUNS_IN = (0.03, 0.1, 0.3, 1.0)
 # what is left may be of what anything else leaves: of sound runs, with effects of all kinds, four fifths at the least
@@ -58,7 +60,8 @@ def parted_of(points: tuple[Array, Array, Array], noise_n: float, rest_n: float,
     if rest_n < max(MORE * causes.noise_n, LEAST * float(np.ptp(y))):
         return None
     at = _likeliest(x, y, floor)
-    if max(map(min, ways_of(y[:at], noise_n), ways_of(y[at:], noise_n))) < WAY:
+    ways = sorted(min(ways_of(side, noise_n)) for side in (y[:at], y[at:]))
+    if ways[1] < WAY or ways[0] < BACK:
         # of a pull here and a release there each may have its own friction in one bend, and what breaks away has another one
         return None
     found = _fit(x, y, _step(len(x), at), floor)
@@ -67,11 +70,20 @@ def parted_of(points: tuple[Array, Array, Array], noise_n: float, rest_n: float,
     path = np.cumsum(np.abs(np.diff(x, prepend=x[0])))
     gradual = [np.exp(-way / (part * way[-1])) for way in (path, t - t[0]) for part in RUNS_IN]
     wraps = (found.wrap, found.wrap * (1.0 + found.size))
+    if not all(_slides(x[side], wrap) for side, wrap in zip((slice(None, at), slice(at, None)), wraps, strict=True)):
+        return None
     if min(wraps) <= 0.0 or abs(math.log(wraps[1] / wraps[0])) < APART:
         return None
-    if not causes.left(found.rms_n) < TAKES * min(causes.left(_fit(x, y, part, floor).rms_n) for part in gradual):
+    others = [*(_fit(x, y, part, floor) for part in gradual), by_speed(t, x, y, floor, None, SPEEDS_OVER)]
+    if not causes.left(found.rms_n) < TAKES * min(causes.left(c.rms_n) for c in others):
         return None
     return Parted(float(t[at]), wraps)
+
+
+def _slides(x: Array, wrap: float) -> bool:
+    """Whether an input goes over more than the backlash of this friction, so that it shows both lines."""
+    low, high = float(np.min(x)), float(np.max(x))
+    return low <= 0.0 or math.log(high / low) > 2.0 * wrap
 
 
 def _likeliest(x: Array, y: Array, floor: float) -> int:

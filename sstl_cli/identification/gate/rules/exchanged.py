@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -17,13 +18,15 @@ FITS, ODD = 0.25, 0.45
 # two passes over twice one pass, bend by bend (a pulley in the loop makes it more than 1 in all): how alike it is in sound bends, how far two bends
 # stand off, also over the scatter, whose labels are exchanged, and how many others must agree
 ALIKE, OFF, SCATTERS, OTHERS = 0.1, 0.15, 3.0, 2
+# bends that must match whatever their labels, and what a label of its own is worth (logarithm)
+MATCHED, LABELLED = 3, 0.01
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose configurations must be exchanged for every bend to make sense."""
     places: dict[object, dict[str, dict[str, list[Evidence]]]] = {}
     for e in log:
-        if e.config_id is not None and e.wrap > 0.0:
+        if e.config_id is not None and e.wrap_about > 0.0:
             places.setdefault((e.location, e.tendon), {}).setdefault(str(e.config_id), {}).setdefault(e.system, []).append(e)
     if second_rig(log)[0]:
         return
@@ -31,7 +34,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     for where, bends in whole.items():
         # the pulley is that of the rig, wherever the bend
         elsewhere = [_apart(*_wraps(b)) for w, others in whole.items() if w != where for b in others.values()]
-        yield from _place(bends, elsewhere)
+        told = list(_place(bends, elsewhere))
+        yield from told or _matched(places[where])
 
 
 def _wraps(systems: dict[str, list[Evidence]]) -> tuple[float, float]:
@@ -60,6 +64,31 @@ def _place(bends: dict[str, dict[str, list[Evidence]]], elsewhere: Sequence[floa
         return
     worst = max(abs(_apart(*wraps[k])) for k in odd)
     yield _said(bends, odd, worst, "is off")
+
+
+def _matched(bends: dict[str, dict[str, list[Evidence]]]) -> Iterator[Remark]:
+    """Match the friction of one pass and of two whatever their labels, where that of some bends is known in one system alone: most fit another label than their own."""
+    single, double = ({k: _middle(b[system]) for k, b in bends.items() if system in b} for system in ("act", "sstl"))
+    both = {k: _apart(single[k], double[k]) for k in single if k in double}
+    own = [k for k, off in both.items() if abs(off) <= FITS]
+    bad = [k for k, off in both.items() if abs(off) > ODD]
+    if not bad or min(len(single), len(double)) < MATCHED:
+        return
+    # a third of the start-up of a command, for what few logs come to
+    from scipy.optimize import linear_sum_assignment
+
+    rows, columns = list(single), list(double)
+    off = np.array([[abs(_apart(single[k], double[o])) for o in columns] for k in rows])
+    # as labelled, all else being alike
+    cost = np.minimum(off, 2.0 * FITS) + np.array([[0.0 if k == o else LABELLED for o in columns] for k in rows])
+    pairs = [(rows[i], columns[j]) for i, j in zip(*linear_sum_assignment(cost), strict=True) if off[i, j] <= FITS]
+    moved = [k for k, o in pairs if k != o]
+    # where exchanged systems explain the bends as well there is nothing to choose
+    flipped = max(abs(_apart(double[k], single[k])) for k in bad)
+    if len(pairs) < max(MATCHED, len(own) + 2) or len(moved) < 2 or flipped < ODD:
+        return
+    odd = sorted({*moved, *bad, *(o for k, o in pairs if k != o)})
+    yield _said({k: {s: bends[k].get(s, []) for s in ("act", "sstl")} for k in bends}, odd, max(abs(both[k]) for k in bad), "is off")
 
 
 def _beyond(wraps: dict[str, tuple[float, float]], moved: list[tuple[str, str]], elsewhere: Sequence[float]) -> float:
@@ -94,18 +123,24 @@ def _said(bends: dict[str, dict[str, list[Evidence]]], odd: list[str], worst: fl
 
 def _out_of_order(bends: dict[str, dict[str, list[Evidence]]]) -> list[str]:
     """Return the system whose friction leaves the order of the bends (by lead, or by name) that the other one keeps; both where none tells."""
-    leads = {k: next((e.lead_mm for s in b.values() for e in s if e.lead_mm is not None), None) for k, b in bends.items()}
-    known = [v for v in leads.values() if v is not None]
-    order = sorted(bends, key=lambda k: leads[k] or 0.0) if len(known) == len(bends) else sorted(bends)
-    broken = {s: int(np.sum(np.diff([_middle(bends[k][s]) for k in order]) < 0.0)) for s in ("act", "sstl")}
+    leads = {k: {e.lead_mm for runs in b.values() for e in runs} for k, b in bends.items()}
+    # a lead that went with its run tells nothing of the label
+    known = all(len(v) == 1 and None not in v for v in leads.values())
+    order = sorted(bends, key=lambda k: next(iter(leads[k])) or 0.0) if known else sorted(bends, key=_by_number)
+    broken = {s: int(np.sum(np.diff([_middle(bends[k][s]) for k in order if bends[k][s]]) < 0.0)) for s in ("act", "sstl")}
     away = {s: min(n, len(order) - 1 - n) for s, n in broken.items()}
     if len(order) > 2 and 0 in away.values() and away["act"] != away["sstl"]:
         return ["act"] if away["sstl"] == 0 else ["sstl"]
     return ["act", "sstl"]
 
 
+def _by_number(name: str) -> list[tuple[int, str]]:
+    """Return a key that puts names in the order of the numbers in them."""
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", name) if part]
+
+
 def _middle(runs: list[Evidence]) -> float:
-    return float(np.median([e.wrap for e in runs]))
+    return float(np.median([e.wrap_about for e in runs]))
 
 
 def _apart(single: float, double: float) -> float:

@@ -23,6 +23,8 @@ SINGLE, WITHIN = 0.35, 0.29
 AGREE, TOGETHER = 3, 0.1
 # runs of which the gain is that of all others that do not tell theirs
 BOTH = 2
+# part of its span that an output must come back by to tell friction from a gain
+BACK = 0.2
 # logarithm of what middle levels may be off beyond friction
 LEVELS = 0.4
 # part of the largest output at which a line may meet no tension: one that meets more of it is part of a loop, no gain
@@ -30,9 +32,13 @@ MEETS = 0.35
 # of the logarithm: noise (or range) of a channel beside that of the other runs
 CHANGED = 0.4
 # of the logarithm: error of a gain, at the least and at the most, within which a unit must fit to be named; largest reading of volts
-FITS, FITS_MOST, VOLTS = 0.06, 0.12, 10.0
+FITS, FITS_MOST, VOLTS = 0.08, 0.12, 10.0
+# and from which on another gain is as likely as the unit
+NEARLY = 0.045
 # what friction with a gain may leave of what friction alone and each zero leave, and of the output's span
 TAKES, BEFORE, LITTLE = 0.15, 0.4, 0.02
+# what a gain beside a zero may leave of what it leaves alone for its size to count
+BESIDE_IT = 0.5
 # part of what friction leaves that a gain must leave at the most
 BARELY = 0.9
 
@@ -46,8 +52,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     log = [e for e in log if e.run_id not in anew and ((e.system, e.tendon) not in scaled or _held(e))]
     groups: dict[tuple[Severity, int], list[tuple[float, Evidence]]] = {}
     own = [(gain_of(e), e) for e in log]
-    rig = _of_rig(own)
-    gains = [(_adopted(g, e, rig), e) for g, e in own]
+    rig, both = _of_rig(own), _of_both_ways(own)
+    gains = [(both if math.isfinite(both) and g > 0.0 and _one_line(e) else _adopted(g, e, rig), e) for g, e in own]
     usual = {system: _usual([g for g, e in gains if e.system == system]) for system in {e.system for e in log}}
     for g, e in gains:
         size = abs(math.log(g)) if g > 0.0 else math.nan
@@ -149,6 +155,18 @@ def _of_rig(gains: Sequence[tuple[float, Evidence]]) -> float:
     return known[len(known) // 2] if agree and abs(math.log(known[len(known) // 2])) > math.log(ODD) else math.nan
 
 
+def _of_both_ways(gains: Sequence[tuple[float, Evidence]]) -> float:
+    """Return the gain that the runs agree on whose output goes both ways, where it is none of friction; else NaN."""
+    known = sorted(g for g, e in gains if g > 0.0 and not _one_line(e))
+    agree = len(known) >= BOTH and math.log(known[-1] / known[0]) < TOGETHER
+    return known[len(known) // 2] if agree and abs(math.log(known[len(known) // 2])) > math.log(ODD) else math.nan
+
+
+def _one_line(e: Evidence) -> bool:
+    """Whether an output hardly came back: on a pull friction and gain are one line, and any part of both explains it."""
+    return not e.slopes.known and e.both_ways[1] < BACK
+
+
 def _adopted(g: float, e: Evidence, rig: float) -> float:
     """Return the gain of a run, that of the rig where the run shows no lines of its own and allows it.
 
@@ -196,7 +214,10 @@ def gain_of(e: Evidence) -> float:
         # friction alone leaves but noise
         return 1.0 if math.isfinite(g) else math.nan
     if _held(e) or has_scale(e):
-        return math.exp(min(e.causes.scale, e.causes.scale_in, key=lambda c: c.rms_n).size)
+        c = e.causes
+        scale = min(c.scale, c.scale_in, key=lambda v: v.rms_n)
+        # a zero that takes little beside a gain took it from friction
+        return math.exp(scale.size if c.left(scale.rms_n) < BESIDE_IT * c.left(c.gain.rms_n) else c.gain.size)
     if not math.isfinite(g):
         # without slopes only the sizes speak: no output exceeds twice its input, none that moves is a hundredth
         moves = b.span > 20.0 * max(e.sensors[1].noise_n, e.sensors[1].step_n)
@@ -246,12 +267,19 @@ def _guess(g: float, e: Evidence, error: float) -> tuple[str, str]:
     """Return what probably happened and the line that mends it; a unit is named where it fits the factor within its error."""
     within = min(max(FITS, error), FITS_MOST)
     options = []
+    # sensors of 3 % each may move a unit by as much: another gain is then as likely
+    off = {i: min(abs(math.log(f / size)) for size in FORCES.values()) for i, f in ((0, g), (1, 1.0 / g))}
     for channel, factor in ((0, g), (1, 1.0 / g)):
         unit = force_unit(factor, within)
         if unit is not None:
             # the unit must leave a tension that tendons bear
             size = abs(math.log(max(e.ranges[channel].largest * FORCES[unit], 1e-9) / 30.0))
-            options.append((size, f"the {WORDS[channel]} is in {unit}, not N", stated(channel, unit)))
+            beside, line = (
+                (", or has another gain (volts, a calibration)", f" or {stated(channel, 'counts', f', gain = {factor:.4g}')}")
+                if off[channel] > NEARLY
+                else ("", "")
+            )
+            options.append((size, f"the {WORDS[channel]} is in {unit}, not N{beside}", f"{stated(channel, unit)}{line}"))
     if options:
         return min(options)[1:]
     small = 0 if g > 1.0 else 1

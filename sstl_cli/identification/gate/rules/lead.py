@@ -8,6 +8,7 @@ from statistics import median
 
 from sstl_cli.identification.gate.common_delay import common_delay
 from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.leading import leading
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.drift import drift_of
 from sstl_cli.identification.gate.rules.limit import limited
@@ -50,7 +51,12 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         return
     for early in (True, False):
         # a run too short to show the drift of the others shows its mean as a delay
-        hit = [e for e in log if (_moved(e, early) or (early and _ahead(e, log))) and e.run_id not in cut and not _drifted(e, drift)]
+        apart = leading(log) if early else []
+        hit = [
+            e
+            for e in log
+            if (_moved(e, early) or (early and _ahead(e, log)) or e in apart) and e.run_id not in cut and not _drifted(e, drift)
+        ]
         if early and hit:
             # of one clock all runs lead by as much, those with them that alone would not tell
             usual = median([_size(e) for e in hit])

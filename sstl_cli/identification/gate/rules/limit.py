@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.swapped import swapped
 from sstl_cli.identification.gate.units import WORDS
 
 RULE, RANK = "limit", 23
@@ -29,8 +30,17 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 def limited(log: Sequence[Evidence], i: int) -> list[Evidence]:
     """Return the runs of which a channel is cut off: those that show it, and those of the same sensor that go to that level and no further."""
+    log = log if i else _sound_channels(log)
     levels = {e.system: _level(e, i) for e in log if _shows(e, i)}
     return [e for e in log if e.tendon_like and e.system in levels and (_shows(e, i) or _ends_at(e, i, levels[e.system]))]
+
+
+def _sound_channels(log: Sequence[Evidence]) -> Sequence[Evidence]:
+    """Return the runs whose input may be cut off: an output in its place rests as well, at its largest in some of its runs, and exchanged channels explain all of them."""
+    hit = swapped(log)
+    rests = [e for e in hit if _shows(e, 0)]
+    one = 2 * len(hit) > sum(e.usable for e in log) and 2 * len(rests) < len(hit)
+    return [e for e in log if e not in hit] if one else log
 
 
 def _shows(e: Evidence, i: int) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
@@ -19,10 +20,9 @@ LIKELIER = 0.8
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs that are hysteresis loops only with the channels exchanged."""
-    hit = [e for e in log if e.usable and e.play is not None and _exchanged(e)]
+    hit = swapped(log)
     if not hit:
         return
-    hit = _with_rest(hit, log)
     slope = max((e.slopes.gamma_p for e in hit if e.slopes.gamma_p == e.slopes.gamma_p), default=float("nan"))
     said = f" (slope of the pull {slope:.3g}, above 1)" if slope > 1.0 else ""
     share = max(e.swapped_rms / max(_as_recorded(e), 1e-300) for e in hit if _exchanged(e))
@@ -37,6 +37,12 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     )  # fmt: skip
 
 
+def swapped(log: Sequence[Evidence]) -> list[Evidence]:
+    """Return the runs that are loops only with the channels exchanged, and those that go with them."""
+    hit = [e for e in log if e.usable and e.play is not None and _exchanged(e)]
+    return _with_rest(hit, log) if hit else []
+
+
 def _with_rest(hit: list[Evidence], log: Sequence[Evidence]) -> list[Evidence]:
     """Return the exchanged runs, with those that alone would not tell where most are exchanged and none is explained as it stands."""
     usable = [e for e in log if e.usable and e.play is not None and e.both_tensions]
@@ -47,7 +53,8 @@ def _with_rest(hit: list[Evidence], log: Sequence[Evidence]) -> list[Evidence]:
 
 def _as_recorded(e: Evidence) -> float:
     assert e.play is not None
-    return min(e.play.rms_n, e.play.delayed_rms_n) / max(e.ranges[1].span, 1e-300)
+    faded = e.causes.fading.rms_n
+    return min(e.play.rms_n, e.play.delayed_rms_n, faded if math.isfinite(faded) else math.inf) / max(e.ranges[1].span, 1e-300)
 
 
 def _exchanged(e: Evidence) -> bool:

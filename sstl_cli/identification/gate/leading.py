@@ -1,0 +1,53 @@
+"""Runs that lead beside runs that do not, or all by one time: sensors and clock are those of the log, so that its runs tell what friction of any law makes of a delay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sstl_cli.identification.gate.evidence import Evidence
+
+# what lines and a delay must explain for the delay to be compared, and its standard errors (s)
+SHAPE, KNOWN_S = 0.98, 0.01
+# runs in time beside which one leads, and the part of the spread of their delays and of its own lead by which it must be apart from them
+BESIDE, SPREAD, PART = 2, 1.0, 0.5
+# periods (of log and sensors) that a lead must have
+PERIODS = 2.5
+# what a delay may leave of what any other explanation leaves, how alike (part of it) the leads of one clock are, and runs that must tell it
+LESS, ALIKE, AGREE = 0.5, 0.15, 3
+
+
+def leading(log: Sequence[Evidence]) -> list[Evidence]:
+    """Return the few runs that lead while the others come after their input, or all where they lead by one time in bends that rub differently."""
+    known = [(e.play.delay_s, e) for e in log if e.play is not None and _timed(e)]
+    early = [(d, e) for d, e in known if e.ahead is not None and e.ahead.shown and d < -_least(e)]
+    rest = [d for d, e in known if all(e is not o for _, o in early)]
+    if len(rest) >= max(BESIDE, 2 * len(early)) and early:
+        first = min(rest)
+        return [e for d, e in early if first - d > max(SPREAD * (max(rest) - first), PART * abs(d), _least(e))]
+    return [] if rest else _together(early)
+
+
+def _together(early: Sequence[tuple[float, Evidence]]) -> list[Evidence]:
+    """Return runs all of which lead by one time, in several bends, where no other explanation comes near in half of them."""
+    delays = sorted(d for d, _ in early)
+    if len(delays) < AGREE or len({(e.config_id, e.system) for _, e in early}) < AGREE or delays[-1] > (1.0 - ALIKE) * delays[0]:
+        return []
+    clear = [e for _, e in early if _clear(e)]
+    return [e for _, e in early] if 2 * len(clear) >= len(early) else []
+
+
+def _timed(e: Evidence) -> bool:
+    """Whether lines and a delay explain a run well enough for its delay to be compared with that of others."""
+    p = e.play
+    return e.tendon_like and e.wide and p is not None and p.explained > SHAPE and p.delay_se < KNOWN_S and 0.0 < p.gamma_p < p.gamma_r
+
+
+def _least(e: Evidence) -> float:
+    return PERIODS * max(e.dt_s, e.sensors[0].refresh_s, e.sensors[1].refresh_s)
+
+
+def _clear(e: Evidence) -> bool:
+    """Whether a delay leaves much less than friction with any other slip, and by any other law."""
+    c = e.causes
+    rest = min(c.left(v.rms_n) for v in (*c.slips, c.reversed) if v is not c.moved)
+    return c.left(c.moved.rms_n) < LESS * rest

@@ -1,0 +1,40 @@
+"""The columns of the position and of a tension exchanged: friction explains the position as that tension, and not the tension as it stands."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.units import CHANNELS, WORDS
+
+RULE, RANK = "columns", 13
+# what friction without any gain may leave of the output's span with the columns exchanged, and of what it leaves as recorded
+LITTLE, TAKES = 0.07, 0.3
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield runs whose position is the tension and whose tension is the position."""
+    known = [e for e in log if e.usable and math.isfinite(max(v.rms_n for v in e.instead))]
+    for i in (0, 1):
+        hit = [e for e in known if _exchanged(e, i)]
+        # one table has one order of columns
+        if 2 * len(hit) <= len(known) or any(e.causes.enough for e in known):
+            continue
+        ids = tuple(e.run_id for e in known)
+        left = float(np.median([e.instead[i].rms_n for e in hit]))
+        yield Remark(
+            ids, RULE, "failure", 100.0 * left, "%",
+            f"{names(ids)}: with the columns of {WORDS[i]} and position exchanged friction explains the output to {100.0 * left:.2g} % of its span, and as they stand "
+            f"it does not; the position is probably in the column of the {WORDS[i]}, and the {WORDS[i]} in that of the position",
+            f"{CHANNELS[i]} = {{ column = (that of position_in_mm) }}; position_in_mm = {{ column = (that of {CHANNELS[i]}) }}",
+        )  # fmt: skip
+
+
+def _exchanged(e: Evidence, i: int) -> bool:
+    """Whether friction alone explains a run with a tension (0 input, 1 output) and the position exchanged, and not as it stands: neither has another scale then."""
+    there, other = e.instead[i].rms_n, e.instead[1 - i].rms_n
+    return there < min(LITTLE, other, TAKES * e.causes.friction.rms_n / max(e.ranges[1].span, 1e-300))

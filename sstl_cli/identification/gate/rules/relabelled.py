@@ -1,0 +1,114 @@
+"""One run whose friction fits another label: every label of every run is tried, and the one that makes all runs agree is told.
+
+``passes`` and ``labels`` compare slopes. Here friction is that of the law which leaves least, known to some percent only, so that no small difference counts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.two_rigs import second_rig
+
+RULE, RANK = "relabelled", 58
+AFTER = ("passes", "exchanged", "labels", "two_rigs")
+# of the logarithm: how far a run is from the others of its label at the least, and from those of another one at the most; the largest scatter of all others
+ODD, FITS = 0.45, 0.2
+# and how far what is known of friction may be from that of the best explanation of its run
+SURE = 0.4
+# on a nearly straight tube ends and pulleys decide
+LEAST = 0.1
+# runs that must tell their friction
+FEW = 4
+
+
+@dataclass(frozen=True)
+class _Told:
+    """Logarithm of n theta of a run, and its labels."""
+
+    run: Evidence
+    size: float
+    config: str
+    system: str
+
+    @property
+    def cell(self) -> tuple[str, str, str | None]:
+        return self.config, self.system, self.run.trajectory
+
+
+def look(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield the run of a place that has another label than its own."""
+    places: dict[object, list[_Told]] = {}
+    for e in log:
+        if e.config_id is not None and e.wrap_about > LEAST and _sure(e):
+            places.setdefault((e.location, e.tendon), []).append(_Told(e, math.log(e.wrap_about), e.config_id, e.system))
+    if second_rig(log)[0]:
+        return
+    for told in places.values():
+        # what all agree on needs no other label
+        if len(told) >= FEW and _apart(told) > ODD:
+            yield from _relabelled(told)
+
+
+def _sure(e: Evidence) -> bool:
+    """Whether the law, alone or with a slip, that leaves least of a run says its friction as well."""
+    best = min((c for c in e.causes.slips if math.isfinite(c.rms_n)), key=lambda c: c.rms_n, default=e.causes.friction)
+    return best.wrap > 0.0 and abs(math.log(best.wrap / e.wrap_about)) < SURE
+
+
+def _relabelled(told: list[_Told]) -> Iterator[Remark]:
+    """Yield the one run whose other label makes all runs agree."""
+    configs, systems = sorted({t.config for t in told}), sorted({t.system for t in told})
+    fits: list[tuple[_Told, _Told]] = []
+    for t in told:
+        rest = [o for o in told if o is not t]
+        others = [replace(t, config=c, system=s) for c in configs for s in systems if (c == t.config) != (s == t.system)]
+        # a run that is alone with its new label agrees with nothing
+        fits += [(t, o) for o in others if any(r.config == o.config for r in rest) and _apart([*rest, o]) < FITS]
+    if not fits:
+        return
+    # of several labels that fit the likelier one leaves no cell of the series twice
+    cells = [t.cell for t in told]
+    single = [(t, o) for t, o in fits if cells.count(t.cell) > 1 and o.cell not in cells]
+    fits = single or fits
+    runs = {t.run.run_id for t, _ in fits}
+    if len(runs) > 1:
+        return
+    t = fits[0][0]
+    own = [
+        o.size - t.size + (_double(told, t) if o.system != t.system else 0.0) * (1 if o.system == "act" else -1)
+        for o in told
+        if o is not t and o.config == t.config
+    ]
+    off = float(np.median(own)) if own else 0.0
+    labels = [f"configuration {o.config}" if o.config != t.config else f"system {o.system}" for _, o in fits]
+    yield Remark(
+        (t.run.run_id,), RULE, "remark", 100.0 * math.expm1(abs(off)), "%",
+        f"{names([t.run.run_id])}: labelled configuration {t.config} and system {t.system}, but n theta of {math.exp(t.size):.2g} is {math.exp(-off):.2g} times what the other runs of "
+        f"that label tell; as {' or '.join(labels)} it agrees with all others, so that the label of its configuration or system is probably wrong",
+        "file_name or a manifest with the right config_id and system",
+    )  # fmt: skip
+
+
+def _double(told: Sequence[_Told], but: _Told | None = None) -> float:
+    """Return by how much (logarithm) two passes rub more than one, in bends that show both; twice where none does."""
+    bends: dict[str, dict[str, list[float]]] = {}
+    for t in told:
+        if t is not but:
+            bends.setdefault(t.config, {}).setdefault(t.system, []).append(t.size)
+    both = [float(np.median(b["sstl"]) - np.median(b["act"])) for b in bends.values() if {"act", "sstl"} <= set(b)]
+    return float(np.median(both)) if both else math.log(2.0)
+
+
+def _apart(told: Sequence[_Told]) -> float:
+    """Return how far (logarithm) any run is from the others of its bend, two passes put on one."""
+    double = _double(told)
+    bends: dict[str, list[float]] = {}
+    for t in told:
+        bends.setdefault(t.config, []).append(t.size - (double if t.system == "sstl" else 0.0))
+    return max((float(np.ptp(sizes)) for sizes in bends.values()), default=0.0)
