@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.identification.filtering import median, quantile
 from sstl_cli.identification.gate.fading import fading_of, scaled_fading_of
+from sstl_cli.identification.gate.movement import WAY, both_ways
 from sstl_cli.identification.gate.playfit import PlayFit
 from sstl_cli.identification.gate.strands import CREEPS, LAG, PARAMETERS, SPREAD, descend, played, tried
 
@@ -160,11 +161,13 @@ def causes_of(time_s: Array, x: Array, y: Array, noise: tuple[float, float], pla
     found = replace(found, friction=min(friction, bundle, key=lambda c: c.rms_n))
     if found.enough:
         return found
-    wrap, left = fading_of(x, y)
+    # one way any law is a line, and a gain as well
+    fades = both_ways(x, noise[0]) >= WAY
+    wrap, left = fading_of(x, y) if fades else (math.nan, math.nan)
     found = replace(
         found,
         fading=Cause(wrap, math.nan, left),
-        gain=min(best_fit(x, y, bundled(GAIN), floor, play), _scaled_fading(x, y), key=lambda c: c.rms_n),
+        gain=min([best_fit(x, y, bundled(GAIN), floor, play), *([_scaled_fading(x, y)] if fades else [])], key=lambda c: c.rms_n),
         zero_in=best_fit(x, y, bundled(ZERO_IN), floor, play),
         zero_out=best_fit(x, y, bundled(ZERO_OUT), floor, play),
         moved=_moved(time_s, x, y, floor, play),

@@ -14,6 +14,8 @@ from sstl_cli.identification.gate.units import CHANNELS, WORDS
 RULE, RANK = "columns", 13
 # what friction without any gain may leave of the output's span with the columns exchanged, and of what it leaves as recorded
 LITTLE, TAKES = 0.07, 0.3
+# by how much n theta of the bends must differ in the column of the position, and how many times as much as in that of the output
+APART, TIMES = 0.2, 2.0
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -23,6 +25,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         hit = [e for e in known if _exchanged(e, i)]
         # one table has one order of columns
         if 2 * len(hit) <= len(known) or any(e.causes.enough for e in known):
+            continue
+        # a unit explains a tension of another scale as well, unless the bends rub in the one column alone
+        if not (all(_scaled_n(e) > e.instead[i].rms_n * e.ranges[1].span for e in hit) or (i == 1 and _rubs(hit))):
             continue
         ids = tuple(e.run_id for e in known)
         left = float(np.median([e.instead[i].rms_n for e in hit]))
@@ -38,3 +43,17 @@ def _exchanged(e: Evidence, i: int) -> bool:
     """Whether friction alone explains a run with a tension (0 input, 1 output) and the position exchanged, and not as it stands: neither has another scale then."""
     there, other = e.instead[i].rms_n, e.instead[1 - i].rms_n
     return there < min(LITTLE, other, TAKES * e.causes.friction.rms_n / max(e.ranges[1].span, 1e-300))
+
+
+def _scaled_n(e: Evidence) -> float:
+    """Return what friction with another scale of a tension leaves (N RMS)."""
+    c = e.causes
+    return min((v.rms_n for v in (c.gain, c.scale, c.scale_in) if math.isfinite(v.rms_n)), default=math.inf)
+
+
+def _rubs(hit: Sequence[Evidence]) -> bool:
+    """Whether n theta differs from run to run in the column of the position, and not in that of the output, which follows its input at one scale and curve."""
+    there, here = (
+        [v for v in sizes if math.isfinite(v)] for sizes in ([e.instead[1].wrap for e in hit], [e.causes.gain.wrap for e in hit])
+    )
+    return len(there) > 1 and len(here) > 1 and max(there) - min(there) > max(APART, TIMES * (max(here) - min(here)))

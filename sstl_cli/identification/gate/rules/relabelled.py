@@ -1,4 +1,4 @@
-"""One run whose friction fits another label: every label of every run is tried, and the one that makes all runs agree is told.
+"""One run whose friction fits another configuration: every one is tried for every run, and the one that makes all runs agree is told.
 
 ``passes`` and ``labels`` compare slopes. Here friction is that of the law which leaves least, known to some percent only, so that no small difference counts.
 """
@@ -18,7 +18,7 @@ from sstl_cli.identification.gate.rules.two_rigs import second_rig
 RULE, RANK = "relabelled", 58
 AFTER = ("passes", "exchanged", "labels", "two_rigs")
 # of the logarithm: how far a run is from the others of its label at the least, and from those of another one at the most; the largest scatter of all others
-ODD, FITS = 0.45, 0.2
+ODD, FITS = 0.7, 0.2
 # and how far what is known of friction may be from that of the best explanation of its run
 SURE = 0.4
 # on a nearly straight tube ends and pulleys decide
@@ -63,11 +63,12 @@ def _sure(e: Evidence) -> bool:
 
 def _relabelled(told: list[_Told]) -> Iterator[Remark]:
     """Yield the one run whose other label makes all runs agree."""
-    configs, systems = sorted({t.config for t in told}), sorted({t.system for t in told})
+    configs = sorted({t.config for t in told})
     fits: list[tuple[_Told, _Told]] = []
     for t in told:
         rest = [o for o in told if o is not t]
-        others = [replace(t, config=c, system=s) for c in configs for s in systems if (c == t.config) != (s == t.system)]
+        # friction that is known to a factor does not tell one pass from two
+        others = [replace(t, config=c) for c in configs if c != t.config]
         # a run that is alone with its new label agrees with nothing
         fits += [(t, o) for o in others if any(r.config == o.config for r in rest) and _apart([*rest, o]) < FITS]
     if not fits:
@@ -80,18 +81,17 @@ def _relabelled(told: list[_Told]) -> Iterator[Remark]:
     if len(runs) > 1:
         return
     t = fits[0][0]
-    own = [
-        o.size - t.size + (_double(told, t) if o.system != t.system else 0.0) * (1 if o.system == "act" else -1)
-        for o in told
-        if o is not t and o.config == t.config
-    ]
+    double = _double(told, t)
+    # two passes put on one, as this run has them
+    passes = {"act": 0.0, "sstl": double}
+    own = [o.size - passes[o.system] + passes[t.system] - t.size for o in told if o is not t and o.config == t.config]
     off = float(np.median(own)) if own else 0.0
-    labels = [f"configuration {o.config}" if o.config != t.config else f"system {o.system}" for _, o in fits]
+    labels = [o.config for _, o in fits]
     yield Remark(
         (t.run.run_id,), RULE, "remark", 100.0 * math.expm1(abs(off)), "%",
-        f"{names([t.run.run_id])}: labelled configuration {t.config} and system {t.system}, but n theta of {math.exp(t.size):.2g} is {math.exp(-off):.2g} times what the other runs of "
-        f"that label tell; as {' or '.join(labels)} it agrees with all others, so that the label of its configuration or system is probably wrong",
-        "file_name or a manifest with the right config_id and system",
+        f"{names([t.run.run_id])}: labelled configuration {t.config}, but n theta of {math.exp(t.size):.2g} is {math.exp(-off):.2g} times what the other runs of "
+        f"that label tell; as configuration {' or '.join(labels)} it agrees with all others, so that the label of its configuration is probably wrong",
+        "file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id",
     )  # fmt: skip
 
 
