@@ -102,3 +102,10 @@ def test_labels_that_went_round_are_told_where_some_bends_show_no_friction():
     order = {"b010": "b050", "b030": "b080", "b050": "b010", "b080": "b030"}
     runs = [replace(r, config_id=order[str(r.config_id)]) if r.system == "act" else r for r in slow_to_build_up()]
     assert [rule for rule, _ in told(runs)] == ["exchanged"]
+
+
+def test_a_tension_that_is_the_position_again_is_a_copy_and_nothing_exchanged():
+    rng = np.random.default_rng(3)
+    moved = [replace(r, position_in_mm=0.3 * r.tension_in_n + 0.002 * rng.standard_normal(len(r))) for r in rig()]
+    said = {x.rule: x.sentence for x in gate.remarks([replace(r, tension_out_n=r.position_in_mm) for r in moved])}
+    assert "position" in said["same_channel"] and "columns" not in said

@@ -21,8 +21,6 @@ Array = NDArray[np.float64]
 POINTS, CUTS, FOLLOWED = 384, 11, 3
 # part of the run on either side: what settles does so at its beginning
 SIDE = 0.12
-# part of its span that an output must come back by on the other side
-BACK = 0.25
 # paths and times over which friction runs in (parts of those of the run)
 RUNS_IN = (0.03, 0.1, 0.3, 1.0)
 # what is left may be of what anything else leaves: of sound runs, with effects of all kinds, four fifths at the least
@@ -60,8 +58,7 @@ def parted_of(points: tuple[Array, Array, Array], noise_n: float, rest_n: float,
     if rest_n < max(MORE * causes.noise_n, LEAST * float(np.ptp(y))):
         return None
     at = _likeliest(x, y, floor)
-    ways = sorted(min(ways_of(side, noise_n)) for side in (y[:at], y[at:]))
-    if ways[1] < WAY or ways[0] < BACK:
+    if max(map(min, ways_of(y[:at], noise_n), ways_of(y[at:], noise_n))) < WAY:
         # of a pull here and a release there each may have its own friction in one bend, and what breaks away has another one
         return None
     found = _fit(x, y, _step(len(x), at), floor)
@@ -81,9 +78,9 @@ def parted_of(points: tuple[Array, Array, Array], noise_n: float, rest_n: float,
 
 
 def _slides(x: Array, wrap: float) -> bool:
-    """Whether an input goes over more than the backlash of this friction, so that it shows both lines."""
+    """Whether an input goes farther than half of the backlash of this friction: begun between the lines it reaches one of them."""
     low, high = float(np.min(x)), float(np.max(x))
-    return low <= 0.0 or math.log(high / low) > 2.0 * wrap
+    return low <= 0.0 or math.log(high / low) > wrap
 
 
 def _likeliest(x: Array, y: Array, floor: float) -> int:

@@ -12,6 +12,7 @@ from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.units import CHANNELS, WORDS
 
 RULE, RANK = "columns", 13
+POSITION = "position_in_mm"
 # what friction without any gain may leave of the output's span with the columns exchanged, and of what it leaves as recorded
 LITTLE, TAKES = 0.07, 0.3
 # by how much n theta of the bends must differ in the column of the position, and how many times as much as in that of the output
@@ -20,7 +21,10 @@ APART, TIMES = 0.2, 2.0
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose position is the tension and whose tension is the position."""
-    known = [e for e in log if e.usable and math.isfinite(max(v.rms_n for v in e.instead))]
+    # a tension that is the position again (see same_channel) is explained by it without friction
+    known = [
+        e for e in log if e.usable and math.isfinite(max(v.rms_n for v in e.instead)) and not any(POSITION in pair for pair in e.copies)
+    ]
     for i in (0, 1):
         hit = [e for e in known if _exchanged(e, i)]
         # one table has one order of columns
@@ -35,7 +39,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             ids, RULE, "failure", 100.0 * left, "%",
             f"{names(ids)}: with the columns of {WORDS[i]} and position exchanged friction explains the output to {100.0 * left:.2g} % of its span, and as they stand "
             f"it does not; the position is probably in the column of the {WORDS[i]}, and the {WORDS[i]} in that of the position",
-            f"{CHANNELS[i]} = {{ column = (that of position_in_mm) }}; position_in_mm = {{ column = (that of {CHANNELS[i]}) }}",
+            f"{CHANNELS[i]} = {{ column = (that of {POSITION}) }}; {POSITION} = {{ column = (that of {CHANNELS[i]}) }}",
         )  # fmt: skip
 
 
