@@ -71,7 +71,7 @@ def combine(found: Search, size: int, workers: int) -> int:
 
 
 def _swap(found: Search, workers: int) -> bool:
-    """Fit the neighbours of the most evident pair, and return whether one is likelier: a part by what looks like it, or by another hypothesis of its own.
+    """Fit the neighbours of the most evident pair, and return whether one is likelier: a part by another effect, or by another hypothesis of its own.
 
     To first order, from parts that have each explained as much as they can alone, what looks alike is told apart poorly.
     """
@@ -80,11 +80,11 @@ def _swap(found: Search, workers: int) -> bool:
         return False
     jobs = []
     for part in leader.ids:
-        others = _like(found, leader, part)
+        others = _others(found, leader, part)
         kept = _without(found, leader, part) if others else leader
         told = sorted(_partners(found.sim, kept, others, workers), key=lambda p: -p[1])
-        jobs += [_Job(leader.evidence, kept, (partner,), (_like_part(leader, kept, partner),)) for partner, _, _ in told[:SWAPS]]
-        told = sorted(_shaped(found.sim, kept, others, workers), key=lambda p: -p[1])
+        jobs += [_Job(leader.evidence, kept, (w,), (_like_part(leader, kept, w),)) for w in _instead(found, [w for w, _, _ in told])]
+        told = sorted(_shaped(found.sim, kept, [w for w in others if _alike(part, w.ids[0])], workers), key=lambda p: -p[1])
         jobs += [_Job(leader.evidence, kept, (partner,), (start,)) for partner, _, start in told[:SWAPS]]
     for w in each(lambda job: _joined(found, job), jobs, workers):
         key = tuple(sorted(w.ids))
@@ -106,6 +106,17 @@ def _parted(found: Search, workers: int) -> None:
             found.singles[part] = (w, *found.singles[part])
 
 
+def _instead(found: Search, promising: Sequence[Weighed]) -> list[Weighed]:
+    """Return the hypotheses worth fitting of those that may stand in a part's place, the most promising first: of each effect two.
+
+    The one that promises most beside the rest, and the one that explains most alone: to first order laws of one effect are ranked poorly.
+    """
+    effects = list(dict.fromkeys(w.ids[0] for w in promising))[:SWAPS]
+    first = [next(w for w in promising if w.ids[0] == i) for i in effects]
+    alone = [w for i in effects for w in found.singles[i][:1] if any(w is p for p in promising)]
+    return [*first, *(w for w in alone if all(w is not f for f in first))]
+
+
 def _like_part(leader: Weighed, kept: Weighed, other: Weighed) -> Array:
     """Return the start of what stands in the place of a part: with strengths that do most nearly what the part does, all else as it is."""
     does = leader.fit.whiten(leader.fit.prediction - kept.fit.prediction)
@@ -113,16 +124,19 @@ def _like_part(leader: Weighed, kept: Weighed, other: Weighed) -> Array:
     return _begin(other.fit, np.asarray(step, np.float64))
 
 
-def _like(found: Search, leader: Weighed, part: str) -> list[Weighed]:
+def _others(found: Search, leader: Weighed, part: str) -> list[Weighed]:
     """Return the hypotheses that may stand in the place of a part of a pair, and have not been fitted there."""
     (rest,) = (i for i in leader.ids if i != part)
-    alike = [i for i in found.singles if i == part or i in get(part).look_alikes or part in get(i).look_alikes or not apart((i, part))]
-    if get(part).stage == INSTRUMENT:
-        # what one fault of a sensor does, another one may
-        alike += [i for i in found.singles if get(i).stage == INSTRUMENT and i not in alike]
     fitted = {frozenset(w.fit.free) for w in found.combined.values()}
     kept = frozenset(x for x in leader.fit.free if x.effect.id != part)
-    return [w for i in alike if i != rest and apart((rest, i)) for w in found.singles[i] if kept | set(w.fit.free) not in fitted]
+    return [w for i, laws in found.singles.items() if i != rest and apart((rest, i)) for w in laws if kept | set(w.fit.free) not in fitted]
+
+
+def _alike(part: str, other: str) -> bool:
+    """Whether an effect may look like another one; what one fault of a sensor does, another one may."""
+    one, two = get(part), get(other)
+    known = part == other or other in one.look_alikes or part in two.look_alikes or not apart((other, part))
+    return known or one.stage == two.stage == INSTRUMENT
 
 
 def _without(found: Search, leader: Weighed, part: str) -> Weighed:

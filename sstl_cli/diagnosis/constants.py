@@ -238,8 +238,8 @@ BASE_ITERATIONS = 2 * SHORT_ITERATIONS
 PROMISING = 0.3
 # how many models are led from (and joined into the richest), refitted beside a leader (and of one effect), and of pairs
 LEADERS, PARTNERS, PAIRS = 4, 3, 20
-# how many look-alikes of a part stand in for it in the leading pair
-SWAPS = 2
+# how many effects stand in for a part of the leading pair
+SWAPS = 4
 # nats: what adds less is no partner; what is closer to the best is followed to its optimum in any case
 ADDS, ALIVE_NATS = 3.0, 40.0
 # pull to zero of the flexible model that noise is read beside, as a share of its information

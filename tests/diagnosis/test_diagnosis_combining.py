@@ -165,16 +165,29 @@ def test_a_part_gives_way_to_another_hypothesis_of_its_own():
     found = searched(made(), Weighed(made(0.0, GAIN, (1.0,)), 0.0, 0.0), combined=[leader])
     found.singles["viscous"] = tuple(Weighed(made(0.0, h, (0.01, 0.1)), 0.0, 0.0) for h in (bend, length))
     # what stands there already is not fitted again, and the other part has no other hypothesis
-    assert [w.fit.hypothesis for w in of._like(found, leader, "viscous")] == [length]
-    assert of._like(found, leader, "gain_error") == []
+    assert [w.fit.hypothesis for w in of._others(found, leader, "viscous")] == [length]
+    assert of._others(found, leader, "gain_error") == []
 
 
-def test_another_fault_of_a_sensor_may_stand_for_one_and_what_lies_in_the_line_may_not():
+def test_any_effect_may_stand_for_a_part_and_shapes_are_sought_of_what_looks_like_it():
     drift = named("zero_drift", "s_out_act_n", "session_s")
     leader = Weighed(made(0.0, FRICTION.joined(OUT), (0.1, 0.1)), 50.0, 40.0)
     found = searched(made(), *(Weighed(made(0.0, h, v), 0.0, 0.0) for h, v in ((OUT, (0.1,)), (FRICTION, (0.1,)), (drift, (0.1, 900.0)))))
-    assert drift in [w.fit.hypothesis for w in of._like(found, leader, "zero_offset")]
-    assert drift not in [w.fit.hypothesis for w in of._like(found, leader, "const_friction")]
+    assert all(drift in [w.fit.hypothesis for w in of._others(found, leader, part)] for part in ("zero_offset", "const_friction"))
+    # what one fault of a sensor does, another one may
+    assert of._alike("zero_offset", "zero_drift") and not of._alike("const_friction", "zero_drift")
+    assert of._alike("const_friction", "viscous") and of._alike("viscous", "viscous")
+
+
+def test_of_each_effect_the_law_that_promises_most_and_the_one_that_explains_most_alone_stand_for_a_part():
+    bend, length = (next(h for h in variants("viscous", ("act",)) if n in {f.parameter.name for f in h.free}) for n in BEND_LENGTH)
+    laws = [Weighed(made(0.0, h, (0.01, 0.1)), 0.0, 0.0) for h in (length, bend)]
+    found = searched(made(), Weighed(made(0.0, GAIN, (1.0,)), 0.0, 0.0))
+    found.singles["viscous"] = tuple(laws)
+    gain = found.singles["gain_error"][0]
+    assert of._instead(found, [laws[1], gain, laws[0]]) == [laws[1], gain, laws[0]]
+    # one that stands in the pair as it is stands for nothing
+    assert of._instead(found, [laws[1], gain]) == [laws[1], gain]
 
 
 def test_what_a_sensor_takes_for_its_time_constant_alone_is_looked_for_anew_beside_the_leader():
@@ -201,7 +214,7 @@ def test_beside_a_pair_is_looked_where_a_part_joins_it_for_good(monkeypatch, mor
     parts = [Weighed(made(0.0, GAIN, (1.0,)), 9.0, 6.0), Weighed(made(0.0, FRICTION, (0.1,)), 0.0, -1.0)]
     pair = Weighed(made(0.0, GAIN.joined(FRICTION), (1.0, 0.1)), 20.0, 6.0 + more)
     asked = []
-    monkeypatch.setattr(of, "_like", lambda found, leader, part: asked.append(part) or [])
+    monkeypatch.setattr(of, "_others", lambda found, leader, part: asked.append(part) or [])
     # nothing is like a part here, so that nothing is likelier
     assert not of._swap(searched(made(), *parts, combined=[pair]), 1) and asked == (list(pair.ids) if looked else [])
 

@@ -105,8 +105,9 @@ def test_a_whole_search_finds_both_effects_and_their_sizes(whole):
     assert set(found.singles) == {"zero_offset", "const_friction", "gain_error"} and asked == ["pairs"]
     assert found.ranked()[0].ids in (("zero_offset", "const_friction"), ("const_friction", "zero_offset"))
     best = found.ranked()[0].fit
-    values = {**best.effects["zero_offset"], **best.effects["const_friction"]}
-    assert values["z_out_act_n"] == pytest.approx(0.7, abs=0.1) and values["w_l_n"] == pytest.approx(0.2, abs=0.1)
+    # with next to no noise it is the fits that tell the same friction along the sheath from that at both of its ends
+    friction = sum(v for name, v in best.effects["const_friction"].items() if name.startswith("w_"))
+    assert best.effects["zero_offset"]["z_out_act_n"] == pytest.approx(0.7, abs=0.1) and friction == pytest.approx(0.2, abs=0.1)
     assert best.theta == pytest.approx(THETA, abs=0.02)
     assert all(w.gain == pytest.approx(found.base.cost - w.fit.cost) for w in found.ranked())
     # screening, coarse and last fits of each of three starts (where and how friction acts, and preloads, are more screened and coarsely fitted), and one size
