@@ -39,3 +39,12 @@ def test_noise_has_no_step_however_often_the_last_value_is_repeated():
     # a slow sensor, and one that stands still for a while
     assert quantisation(np.repeat(NOISY[::10], 10)) == 0.0
     assert quantisation(np.where((np.arange(N) % 400) < 100, NOISY[0], NOISY)) == 0.0
+
+
+def test_a_fine_grid_of_few_samples_shows_through_the_digits_that_they_are_written_with():
+    t = np.arange(400)
+    # a triangle of 0.1 N a sample on steps of 7.934 mN takes more levels than half of its samples
+    read = np.round(0.0079339806 * np.round((15.0 + 9.4 * np.abs((t / 93.0) % 2.0 - 1.0) + 0.01 * np.sin(t**2)) / 0.0079339806), 5)
+    assert len(np.unique(read)) > 0.5 * len(read)
+    assert quantisation(read) == pytest.approx(0.0079339806, rel=1e-4)
+    assert quantisation(np.round(read + 0.01 * np.sin(t**3), 9)) == 0.0

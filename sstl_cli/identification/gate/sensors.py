@@ -19,6 +19,8 @@ CHANNELS = ("tension_in_n", "tension_out_n")
 MOST_SAMPLES = 65_536
 ENOUGH = 4096
 MIN_CHANGES = 12
+# readings are often written with six or seven digits; how far off its grid they may put a level (steps), by chance a tenth of any are so near
+DIGITS, ON_GRID = 2e-6, 0.05
 # share of repeated samples above which a channel may be one that is refreshed slower than it is logged
 HELD_SHARE = 0.3
 # part of the changes that come at a beat; by chance it is one over the samples between two
@@ -216,8 +218,11 @@ def quantisation(values: Array) -> float:
     step = median(near)
     multiple = gaps / step
     if len(levels) > 0.5 * len(values):
-        # few samples of a fine converter: the grid must be exact, and be more than an even ramp
-        exact = np.abs(multiple - np.round(multiple)) < 1e-6 * np.maximum(1.0, multiple)
+        # few samples of a fine converter: the grid must be exact, but for the digits that readings are written with, and be more than an even ramp
+        step = float(gaps.sum() / np.round(multiple).sum())
+        multiple = gaps / step
+        digits = min(DIGITS * max(abs(float(levels[0])), abs(float(levels[-1]))) / step, ON_GRID)
+        exact = np.abs(multiple - np.round(multiple)) < np.maximum(digits, 1e-6 * np.maximum(1.0, multiple))
         return step if bool(exact.all()) and float(np.mean(multiple > 1.5)) > 0.05 else 0.0
     whole = np.abs(multiple - np.round(multiple)) < 0.02 * np.maximum(1.0, np.sqrt(multiple))
     return step if float(np.mean(whole & (multiple > 0.5))) > 0.9 else 0.0
