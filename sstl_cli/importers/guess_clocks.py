@@ -72,9 +72,9 @@ def with_own_clocks(
     others = [s for s in clocks if s is not chosen]
     # a coarse copy of the clock, such as minutes with two places, is no other one
     fine = all((np.diff(trimmed(data[s.name])) > 0).all() for s in clocks)
-    # elapsed and unix time tell the same row, wherever they stand
+    # elapsed and unix time tell the same row, wherever they stand, unless each is of a side by its name
     meet = len({is_epoch(data[s.name]) for s in clocks}) == 1
-    theirs = (_of_sides(names, clocks) or (_in_front(names, clocks) if ordered else {})) if others and fine and meet else {}
+    theirs = (_of_sides(names, clocks) or (_in_front(names, clocks) if ordered and meet else {})) if others and fine else {}
     if theirs:
         base = theirs.get(used[0], chosen) if used else chosen
         time = time if base is chosen else one(base)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.units import is_unit, unit_of
-from sstl_cli.importers.guess_clocks import own_time
+from sstl_cli.importers.guess_clocks import SAME_STEP, own_time
 from sstl_cli.importers.guess_files import Named, side_words, taken
 from sstl_cli.importers.guess_labels import LabelColumn
 from sstl_cli.importers.guess_look import Look, moves
@@ -256,19 +256,31 @@ def _clock_question(clock: TimeGuess) -> str:
 
 
 def _clocks(pair: Pair) -> list[str]:
-    """Return how clocks with another zero, such as unix time beside one from 0 s, may meet; it must be asked."""
-    spans = []
-    for look in (pair.first, pair.second):
-        unit = re.search(r'unit = "(\w+)"', look.time.line)
-        if look.time.channel is None or unit is None:
-            return []
-        values = look.data[look.time.channel] * unit_of(unit[1])[1]
-        spans.append((float(np.nanmin(values)), float(np.nanmax(values))))
-    (a, b), (c, d) = spans
-    if a <= d and c <= b:
+    """Return how the clocks of two files may meet, where nothing says that they have one zero; it must be asked."""
+    held = [(_seconds(a), _seconds(b)) for a, b in zip(pair.firsts, pair.seconds, strict=True)]
+    known = [(x, y) for x, y in held if x is not None and y is not None]
+    if not known:
         return []
-    how = 'the clocks never meet: "start" if both recorders began together, "apply" to find it by the motion'
-    return ["", "[clocks]", 'align = "start"' + _mark(how)]
+    how = '"start" if both recorders began together, "apply" to find it by the motion'
+    if any(np.nanmin(x) > np.nanmax(y) or np.nanmin(y) > np.nanmax(x) for x, y in known):
+        # unix time beside one from 0 s
+        return ["", "[clocks]", 'align = "start"' + _mark(f"the clocks never meet: {how}")]
+    if any(_zeros_of_their_own(x, y) for x, y in known):
+        return ["", "[clocks]", 'align = "start"' + _mark(f"each file's clock begins at a zero of its own, and their stamps differ: {how}")]
+    return []
+
+
+def _seconds(look: Look) -> Array | None:
+    """Return the clock of a file in s, None where no channel tells it."""
+    unit = re.search(r'unit = "(\w+)"', look.time.line)
+    return look.data[look.time.channel] * unit_of(unit[1])[1] if look.time.channel is not None and unit is not None else None
+
+
+def _zeros_of_their_own(x: Array, y: Array) -> bool:
+    """Return whether two clocks each begin at 0 and do not hold the same numbers, which one recorder would have written for both."""
+    steps = [float(np.nanmedian(np.diff(v))) for v in (x, y)]
+    begin = all(abs(v[0]) < step for v, step in zip((x, y), steps, strict=True))
+    return begin and not (len(x) == len(y) and bool(np.max(np.abs(x - y)) <= SAME_STEP * steps[0]))
 
 
 def _pair_name(pair: Pair, named: Named) -> str:

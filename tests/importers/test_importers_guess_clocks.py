@@ -166,3 +166,40 @@ def test_a_clock_that_no_word_calls_one_is_asked_where_it_runs_otherwise(
 def test_a_copy_of_the_clock_in_another_unit_is_none(tmp_path: Path) -> None:
     found = table(tmp_path, "time_s,prox_N,aux,dist_N", lambda i: 0.01 * i, lambda i: 10.0 * i)
     assert not any("another clock" in q.text for q in found.questions)
+
+
+@pytest.mark.parametrize("zero", [0.0, 0.5])
+def test_unix_time_of_one_side_beside_a_clock_of_the_other_from_zero_is_asked(zero: float, tmp_path: Path) -> None:
+    found = table(tmp_path, "stamp_in_ms,Fin_N,t_out_s,Fout_N", lambda i: 1763633703120.0 + 10 * i, lambda i: zero + 0.01003 * i)
+    assert columns(found)["tension_out_n"]["time"] == "t_out_s"
+    assert "another zero" in next(q.text for q in found.questions if q.target == "tension_out_n")
+
+
+def test_elapsed_and_unix_time_of_no_side_stay_one_clock(tmp_path: Path) -> None:
+    found = table(tmp_path, "time_s,Fin_N,unix_ms,Fout_N", lambda i: 0.01 * i, lambda i: 1763633703120.0 + 10 * i)
+    assert "time" not in columns(found)["tension_out_n"] and not found.questions
+
+
+def pair_of_files(folder: Path, first: Callable[[int], float], second: Callable[[int], float], many: int = N) -> Guess:
+    paths = [folder / "F_in.csv", folder / "F_out.csv"]
+    for path, clock, force, rows in zip(paths, (first, second), (fin, fout), (N, many), strict=True):
+        path.write_text("Time (s),Force (N)\n" + "".join(f"{clock(i):.4f},{force(clock(i)):.4f}\n" for i in range(rows)))
+    return guess(paths)
+
+
+@pytest.mark.parametrize(("step", "many"), [(0.01, N - 40), (0.0125, N)])
+def test_two_files_whose_clocks_each_begin_at_zero_are_asked_whether_they_began_together(step: float, many: int, tmp_path: Path) -> None:
+    found = pair_of_files(tmp_path, lambda i: 0.01 * i, lambda i: step * i, many)
+    assert "zero of its own" in next(q.text for q in found.questions if q.target == "align")
+    assert tomllib.loads(found.toml)["clocks"]["align"] == "start"
+
+
+@pytest.mark.parametrize("zero", [0.0, 12.5])
+def test_two_files_with_the_same_stamps_are_not_asked(zero: float, tmp_path: Path) -> None:
+    found = pair_of_files(tmp_path, lambda i: zero + 0.01 * i, lambda i: zero + 0.01 * i)
+    assert not [q for q in found.questions if q.target == "align"]
+
+
+def test_two_files_on_one_clock_that_began_before_them_are_not_asked(tmp_path: Path) -> None:
+    found = pair_of_files(tmp_path, lambda i: 12.5 + 0.01 * i, lambda i: 12.53 + 0.01 * i, N - 7)
+    assert not [q for q in found.questions if q.target == "align"]
