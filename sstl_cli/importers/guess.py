@@ -70,13 +70,13 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     if named.reason:
         reasons.append(named.reason)
     toml = written(
-        Proposal("npz" if rows else look.format.ID, look.names, look.data, look.time, roles, named, pair, look.labels, look.runs, look.own)
+        Proposal("npz" if rows else look.format.ID, look.names, look.data, look.time, roles, named, pair, look.labels, look.runs, look.own, look.system)
     )
     toml = toml + '\n[files]\nmerge = "rows"\n' if rows else toml
     # an import reads every file that has the columns, whatever else it has
     covered = [x for x in looks if look.used <= set(x.channels)]
     toml = with_doubts(toml, look, covered) if pair is None else with_doubts_of_pairs(toml, pair)
-    toml = with_doubt_of_system(toml, named, covered)
+    toml = with_doubt_of_system(toml, covered if pair is None else [*pair.firsts, *pair.seconds])
     reasons += not_mapped([look] if pair is None else [pair.first, pair.second], toml)
     return Guess(look.format.ID, toml, list(dict.fromkeys(reasons)), _preview(look, roles, pair), open_questions(toml))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -41,13 +41,15 @@ class LabelColumn:
     systems: frozenset[str] = frozenset()
 
 
-def label_names(units: Mapping[str, str]) -> dict[str, str]:
+def label_names(units: Mapping[str, str], alone: Collection[str] = ()) -> dict[str, str]:
     """Return which columns may give which label by their names, the first of each.
 
     Parameters
     ----------
     units : dict
         Columns, and the units that the file states for them.
+    alone : collection of str
+        Those that hold one value for the whole file: of the path of one (``log.system``) its last part counts.
 
     Examples
     --------
@@ -56,7 +58,8 @@ def label_names(units: Mapping[str, str]) -> dict[str, str]:
     """
     found: dict[str, str] = {}
     for name, unit in units.items():
-        plain = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
+        own = re.split(r"[./]", name)[-1] if name in alone else name
+        plain = re.sub(r"[^a-z0-9]+", "_", own.lower()).strip("_")
         target = next((t for t, known in LABEL_OF.items() if plain in known), "")
         if LEAD.intersection(said(name).words) and (unit or unit_in(name)) in ("", "mm"):
             target = "lead_mm"
@@ -102,7 +105,7 @@ def label_columns(names: dict[str, str], values: dict[str, list[str]], whole: bo
 def _system_question(name: str, held: list[str]) -> str:
     """Return what is left to ask of a column that holds words for systems, an empty text where it can hold nothing else."""
     both = len(set(map(known_system, held))) > 1
-    if all(h.strip().lower() in SYSTEM_OF for h in held) and (both or name.strip().lower() == "system"):
+    if all(h.strip().lower() in SYSTEM_OF for h in held) and (both or re.split(r"[./]", name)[-1].strip().lower() == "system"):
         return ""
     said = " and ".join(f"{h!r} as {known_system(h)}" for h in held)
     return f"is {said} the system (act: single pass, sstl: double pass)? If not, take this line out"

@@ -20,6 +20,7 @@ from sstl_cli.importers.guess_labels import LabelColumn, holds_systems, label_co
 from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, two_units, with_marks
 from sstl_cli.importers.guess_names import Said, contradicted, said, time_unit
 from sstl_cli.importers.guess_rates import named_rate, rate_held
+from sstl_cli.importers.guess_remarks import system_said
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
 from sstl_cli.importers.guess_time import TimeGuess, even, guess_time, runs_forward, trimmed
@@ -51,6 +52,7 @@ class Look:
     labels: tuple[LabelColumn, ...] = ()
     runs: str = ""
     own: Mapping[str, TimeGuess] = field(default_factory=dict)
+    system: str = ""
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -115,7 +117,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     time = replace(time, reasons=(*time.reasons, *left_out))
     if labelled := [f"'{c.name}' is '{c.label}'" for c in channels if c.label]:
         time = replace(time, reasons=(f"by its labels {', '.join(labelled)}", *time.reasons))
-    return Look(path, chosen, tuple(names), data, time, roles, tuple(measured(moving)), labels, runs, clocks.own)
+    return Look(path, chosen, tuple(names), data, time, roles, tuple(measured(moving)), labels, runs, clocks.own, _system(chosen, path, found, told))
 
 
 def _refuse_grouped(chosen: Format, path: Path, found: list[Channel]) -> None:
@@ -180,7 +182,7 @@ def _said(channel: Channel, chosen: Format) -> Said:
 def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel], rows: int) -> tuple[tuple[LabelColumn, ...], int | None]:
     """Return the columns that give labels for as many rows, and how many the first run has by them (None: all)."""
     units = {c.name.removeprefix(prefix): c.unit for c in found}
-    names = label_names(units)
+    names = label_names(units, {c.name.removeprefix(prefix) for c in found if c.rows == 1})
     read = {n: _first_texts(chosen, path, prefix + n) for n in names.values()}
     for channel in found if "system" not in names else ():
         # whatever it is called (mode, test): what it holds says it
@@ -197,6 +199,16 @@ def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel], rows:
     names = {t: n for t, n in names.items() if n in values}
     labels = label_columns(names, values, all(whole for _, whole in read.values()), units)
     return labels, rows_of_first(labels, values)
+
+
+def _system(chosen: Format, path: Path, found: list[Channel], told: set[str]) -> str:
+    """Return the system that the file tells beside its table and its labels, an empty text where it tells none."""
+    beside = getattr(chosen, "remarks", None)
+    with guarded(path, chosen.TITLE):
+        remarks = list(beside(path)) if beside is not None else []
+    single = [c.name for c in found if c.text and c.rows == 1 and c.name not in told]
+    remarks += [f"{re.split('[./]', n)[-1]}: {t}" for n in single for t in _first_texts(chosen, path, n)[0]]
+    return system_said(remarks, [c.name for c in found])
 
 
 def _first_texts(chosen: Format, path: Path, name: str) -> tuple[list[str], bool]:

@@ -69,6 +69,7 @@ class Proposal:
     labels: tuple[LabelColumn, ...] = ()
     runs: str = ""
     own: Mapping[str, TimeGuess] = field(default_factory=dict)
+    system: str = ""
 
 
 def written(p: Proposal) -> str:
@@ -96,7 +97,8 @@ def written(p: Proposal) -> str:
     told = {c.target for c in p.labels}
     lines += ["", "[constants]"]
     if "system" not in (*p.named.labels, *told):
-        lines.append(f'system = "{_system(p.roles)}"' + _mark("act: single pass, sstl: double pass"))
+        said = f"the file says {p.system} itself; " if p.system else ""
+        lines.append(f'system = "{p.system or _system(p.roles)}"' + _mark(f"{said}act: single pass, sstl: double pass"))
     # without a pattern the question of the names stands where their labels are
     doubt = "" if pattern else p.named.question
     lines += [f"{k} = {json.dumps(v)}" + _mark(doubt) for k, v in p.named.constants if k not in told]

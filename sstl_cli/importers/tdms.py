@@ -78,6 +78,13 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
         yield from slices(rows, columns, path.stat().st_size)
 
 
+def remarks(path: Path) -> list[str]:
+    """Return the properties of the file and its groups in words, as ``name: text``."""
+    with guarded(path, TITLE), _open(path) as file:
+        held = [file.properties, *(group.properties for group in file.groups())]
+        return [f"{name}: {value}" for properties in held for name, value in properties.items() if isinstance(value, str)]
+
+
 def _first_of(cut: Callable[[int, int], Values], a: int, b: int) -> Values:
     """Return the only value of a channel, whichever rows are asked for."""
     return cut(0, 1)

@@ -255,6 +255,15 @@ def first_rows(path: Path) -> tuple[tuple[str, ...], Iterator[list[str]]]:
     return found.names, ([c.strip() for c in cut(as_text(line), found.delimiter)] for line in lines)
 
 
+def remarks(path: Path) -> list[str]:
+    """Return the lines above the samples that are not those of the columns' names."""
+    found = layout_of(path, Layout())
+    with opened(path) as file:
+        above = file.read(found.first_byte).split(found.line_end)
+    lines = map(as_text, above)
+    return [line for line in lines if sum(n in line for n in found.names) < 2]
+
+
 def _blanks(cell: str) -> str:
     return re.sub(r"[\u00a0\u202f]", " ", cell)
 
