@@ -70,7 +70,19 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     if named.reason:
         reasons.append(named.reason)
     toml = written(
-        Proposal("npz" if rows else look.format.ID, look.names, look.data, look.time, roles, named, pair, look.labels, look.runs, look.own, look.system)
+        Proposal(
+            "npz" if rows else look.format.ID,
+            look.names,
+            look.data,
+            look.time,
+            roles,
+            named,
+            pair,
+            look.labels,
+            look.runs,
+            look.own,
+            look.system,
+        )
     )
     toml = toml + '\n[files]\nmerge = "rows"\n' if rows else toml
     # an import reads every file that has the columns, whatever else it has
@@ -170,7 +182,9 @@ def _pair_labels(looks: list[Look], pair: Pair) -> Named:
     """Return what the names of pairs say besides the side."""
     sides = side_words([pair.first.path.stem, pair.second.path.stem])
     shared = sorted({taken(x.path.stem, sides)[0] for x in looks}) if sides else []
-    return name_pattern(shared, takes=True) if shared and all(shared) else Named()
+    named = name_pattern(shared, takes=True) if shared and all(shared) else Named()
+    # F_in_act_bend60 and F_out_act_bend60: of one pair what stands behind the side holds for both
+    return named if named.labels or pair.files > 2 else shared_labels([pair.first.path.stem, pair.second.path.stem])
 
 
 def _preview(look: Look, roles: Roles, pair: Pair | None) -> list[str]:

@@ -24,6 +24,7 @@ from sstl_cli.importers.guess_remarks import system_said
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
 from sstl_cli.importers.guess_time import TimeGuess, even, guess_time, runs_forward, trimmed
+from sstl_cli.importers.guess_unit_columns import with_unit_columns
 from sstl_cli.importers.guess_words import QUANTITY_OF, words
 from sstl_cli.importers.text import OR_ELSEWHERE, grouped_in
 from sstl_cli.importers.text_cells import WITHOUT_MARKS
@@ -33,6 +34,8 @@ from sstl_cli.importers.text_layout import layout_of
 Array = NDArray[np.float64]
 MAX_ROWS = 20_000
 MAX_COLUMNS = 64
+# formats whose columns stand as they were written
+TABLES = ("text", "parquet")
 # names of the columns of a long table: which channel a reading is of, and the reading
 KEYS = words("field variable channel signal metric sensor parameter series tag kanal canal canale name")
 VALUES = words("value val wert valeur valor valore reading")
@@ -71,6 +74,9 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     found = chosen.channels(path, Layout())
     prefix, runs = runs_in([c.name for c in found])
     found = [c for c in found if c.name.startswith(prefix)]
+    doubts: dict[str, str] = {}
+    if chosen.ID in TABLES:
+        found, doubts = with_unit_columns(found, lambda name: _first_texts(chosen, path, name)[0])
     channels = [c for c in found if not c.text][:MAX_COLUMNS]
     try:
         first_values, wrong = _first_values(chosen, path, channels)
@@ -88,7 +94,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     _refuse_grouped(chosen, path, found)
     left_out = _left_out(channels, wrong)
     channels = [replace(c, name=c.name.removeprefix(prefix)) for c in channels]
-    names = [_said(c, chosen) for c in channels]
+    names = [asking(s, doubts.get(s.name, "")) for s in (_said(c, chosen) for c in channels)]
     names = with_marks(path, names) if chosen.ID == "text" else names
     # a clock may begin anew with each run that the labels tell apart
     one = {n: v[:first] for n, v in data.items()}
@@ -103,9 +109,8 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     clocks = Clocks(time)
     if not own:
         tensions = [s.name for s in (*roles.first, *roles.second)]
-        table = chosen.ID in ("text", "parquet")
         whole, parts = sums(names, one)
-        clocks = with_own_clocks(names, whole, time, tensions, table, lambda s: _alone(s, names, one, parts))
+        clocks = with_own_clocks(names, whole, time, tensions, chosen.ID in TABLES, lambda s: _alone(s, names, one, parts))
         time = clocks.time
     clock = own.get(roles.first[0].name) if roles.first else None
     if clock is not None:
@@ -117,7 +122,9 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     time = replace(time, reasons=(*time.reasons, *left_out))
     if labelled := [f"'{c.name}' is '{c.label}'" for c in channels if c.label]:
         time = replace(time, reasons=(f"by its labels {', '.join(labelled)}", *time.reasons))
-    return Look(path, chosen, tuple(names), data, time, roles, tuple(measured(moving)), labels, runs, clocks.own, _system(chosen, path, found, told))
+    return Look(
+        path, chosen, tuple(names), data, time, roles, tuple(measured(moving)), labels, runs, clocks.own, _system(chosen, path, found, told)
+    )
 
 
 def _refuse_grouped(chosen: Format, path: Path, found: list[Channel]) -> None:

@@ -36,17 +36,18 @@ def with_doubts_of_pairs(toml: str, pair: Pair) -> str:
 def with_doubt_of_system(toml: str, looks: Sequence[Look]) -> str:
     """Return a proposal that asks for the system where a file says another one than its name does."""
     pattern = re.search(r"^file_name = '(.*?)'", toml, re.MULTILINE)
+    constant = re.search(r'^system = "(act|sstl)"$', toml.partition("[constants]")[2], re.MULTILINE)
     for look in looks:
         column = next((c for c in look.labels if c.target == "system"), None)
         found = search(pattern[1], [look.path.name])[0] if pattern else None
-        told = known_system((found or {}).get("system", ""))
+        told = constant[1] if constant else known_system((found or {}).get("system", ""))
         if told and column is not None and column.systems != {told}:
             held = " and ".join(sorted(column.systems))
             return _asking(toml, {"system": f"the name of '{look.path.name}' says {told}, this column {held}: which is right?"})
         if told and column is None and look.system not in ("", told):
             ask = f"the name of '{look.path.name}' says {told}, the file itself {look.system}: which is right?"
-            if len(looks) > 1:
-                return _asking(toml, {"file_name": ask})
+            if constant or len(looks) > 1:
+                return _asking(toml, {"system" if constant else "file_name": ask})
             # a constant goes before what the name says
             return toml.replace("[constants]\n", f'[constants]\nsystem = "{told}"{MARK}{ask}\n', 1)
     return toml

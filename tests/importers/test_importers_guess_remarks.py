@@ -33,7 +33,9 @@ def test_a_line_above_the_table_that_says_another_system_is_asked(above: str, tm
     assert 'system = "sstl"' in guess([text(tmp_path, "bend60.csv", above)]).toml
 
 
-@pytest.mark.parametrize("above", ["# act then sstl\n", "# T_act measured, /data/sstl/run1\n", "# Act. force in N, sstl_rig.vi\n", "# bench 2\n"])
+@pytest.mark.parametrize(
+    "above", ["# act then sstl\n", "# T_act measured, /data/sstl/run1\n", "# Act. force in N, sstl_rig.vi\n", "# bench 2\n"]
+)
 def test_lines_that_name_no_single_system_are_no_question(above: str, tmp_path: Path) -> None:
     for name in ("act_bend60.csv", "sstl_bend60.csv"):
         assert not guess([text(tmp_path, name, above)]).questions

@@ -57,6 +57,16 @@ def test_pairs_that_differ_are_named(tmp_path: Path) -> None:
     assert question.target == "tension_out_n" and "'tip_act_2.csv' gives" in question.text
 
 
+@pytest.mark.parametrize("above", ["", "# system: act\n"])
+def test_what_stands_behind_the_side_of_one_pair_gives_labels(above: str, tmp_path: Path) -> None:
+    files = [tmp_path / f"F_{side}_sstl_bend60.csv" for side in ("in", "out")]
+    for path, values in zip(files, (X, Y), strict=True):
+        path.write_text(above + "Time (s),Force (N)\n" + rows(T, values))
+    found = guess(files)
+    assert 'system = "sstl"' in found.toml and 'config_id = "60"' in found.toml
+    assert [q.target for q in found.questions] == (["system"] if above else [])
+
+
 @pytest.mark.parametrize("names", [("motorside_act", "tipside_act"), ("act_proximal", "act_distal")])
 def test_axes_of_one_sensor_a_side_are_asked(names: tuple[str, str], tmp_path: Path) -> None:
     files = []

@@ -1,0 +1,61 @@
+"""Columns that hold the unit of the readings beside them: read, and asked where the name or the header says another one."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from header_table import N, T, X, Y, rows
+
+from sstl_cli.importers.guess import Guess, guess
+
+
+def found(folder: Path, text: str, name: str = "act_bend60.csv") -> Guess:
+    path = folder / name
+    path.write_text(text)
+    return guess([path])
+
+
+def unit(proposal: Guess, target: str) -> str:
+    return str(tomllib.loads(proposal.toml)["columns"][target]["unit"])
+
+
+@pytest.mark.parametrize("head", ["Fin,Unit,Fout,Unit", "Force In,UnitIn,Force Out,UnitOut", "Kraft ein,Einheit ein,Kraft aus,Einheit aus"])
+@pytest.mark.parametrize("said", ["gf", "lbF", "N"])
+def test_units_in_columns_of_their_own_are_read(head: str, said: str, tmp_path: Path) -> None:
+    proposal = found(tmp_path, f"Time (s),{head}\n" + rows(T, X, said, Y, said))
+    assert not proposal.questions
+    assert {unit(proposal, t) for t in ("tension_in_n", "tension_out_n")} == {said.lower() if said == "lbF" else said}
+
+
+@pytest.mark.parametrize("columns", ["Fin,Fout,Unit", "Unit,Fin,Fout"])
+def test_the_only_column_of_units_is_of_all_forces(columns: str, tmp_path: Path) -> None:
+    cells = [{"Fin": X, "Fout": Y, "Unit": "gf"}[c] for c in columns.split(",")]
+    proposal = found(tmp_path, f"Time (s),{columns}\n" + rows(T, *cells))
+    assert unit(proposal, "tension_in_n") == unit(proposal, "tension_out_n") == "gf"
+
+
+def test_a_column_of_units_against_the_name_is_asked(tmp_path: Path) -> None:
+    proposal = found(tmp_path, "Time (s),Force In (N),UnitIn,Force Out (N),UnitOut\n" + rows(T, X, "lbf", Y, "N"))
+    [question] = proposal.questions
+    assert question.target == "tension_in_n" and "its name says N, the file lbf" in question.text
+
+
+def test_a_column_of_units_against_the_row_of_units_is_asked(tmp_path: Path) -> None:
+    proposal = found(tmp_path, "Time,Fin,UnitIn,Fout,UnitOut\ns,N,,N,\n" + rows(T, X, "lbf", Y, "N"))
+    [question] = proposal.questions
+    assert question.target == "tension_in_n" and "'UnitIn' says lbf, the header N" in question.text
+
+
+def test_a_unit_that_changes_is_asked(tmp_path: Path) -> None:
+    lines = [f"{T[i]:.3f},{X[i]:.3f},{'N' if i < N // 2 else 'lbf'},{Y[i]:.3f},N\n" for i in range(N)]
+    proposal = found(tmp_path, "Time (s),Fin,UnitIn,Fout,UnitOut\n" + "".join(lines))
+    [question] = proposal.questions
+    assert question.target == "tension_in_n" and "N and lbf" in question.text
+
+
+@pytest.mark.parametrize("cell", ["rig A", "degC", "unit 3"])
+def test_a_column_that_holds_no_units_of_force_says_nothing(cell: str, tmp_path: Path) -> None:
+    proposal = found(tmp_path, "Time (s),Fin (N),Unit,Fout (N)\n" + rows(T, X, cell, Y))
+    assert not proposal.questions and unit(proposal, "tension_in_n") == "N"
