@@ -74,9 +74,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     found = chosen.channels(path, Layout())
     prefix, runs = runs_in([c.name for c in found])
     found = [c for c in found if c.name.startswith(prefix)]
-    doubts: dict[str, str] = {}
-    if chosen.ID in TABLES:
-        found, doubts = with_unit_columns(found, lambda name: _first_texts(chosen, path, name)[0])
+    found, doubts = _with_units(chosen, path, found)
     channels = [c for c in found if not c.text][:MAX_COLUMNS]
     try:
         first_values, wrong = _first_values(chosen, path, channels)
@@ -125,6 +123,11 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     return Look(
         path, chosen, tuple(names), data, time, roles, tuple(measured(moving)), labels, runs, clocks.own, _system(chosen, path, found, told)
     )
+
+
+def _with_units(chosen: Format, path: Path, found: list[Channel]) -> tuple[list[Channel], dict[str, str]]:
+    """Return the channels with what columns of units beside them say in a table, and the questions that those raise."""
+    return with_unit_columns(found, lambda name: _first_texts(chosen, path, name)[0]) if chosen.ID in TABLES else (found, {})
 
 
 def _refuse_grouped(chosen: Format, path: Path, found: list[Channel]) -> None:

@@ -32,6 +32,8 @@ _COMPUTED = re.compile(
 )
 # dFin, ΔFin: what a force changes by
 _CHANGE = re.compile(r"(?:^|[\s_./])(?:d(?=[A-Z])|[ΔδΔ∂∆])")
+# S/N 712345 on the plate of a sensor: its n counts nothing
+_SERIAL = re.compile(r"\b(?:s/n|sn|serial(?:\s*(?:no|nr|number))?)\b[.:#]*\s*[\w-]*\d[\w-]*", re.IGNORECASE)
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|#|%")
 _NUMBER = r"[x*×·/]?\s*\d+(?:[.,]\d+)?(?:[eE][-+]?\d+|\s*(?:\^|\*\*)\s*[-−+]?\d+|[⁻⁺]?[⁰¹²³⁴-⁹]+)?\s*[x*×·]?"
 # "0.1 N", "x10 N", "N*100", "10^-3 N", "N/10": a unit of the file's own
@@ -125,6 +127,7 @@ def said(name: str, stated: str = "") -> Said:
     unit, strange = _unit(stated) if stated else ("", "")
     # the ports of a block diagram are no side of a transmission
     plain = re.sub(r"[/.](?:Out|In)\d*(?=\s*(?:[\[(][^\[\]()]*[\])])?$)", "", name)
+    plain = _SERIAL.sub(" ", plain)
     for found in _BRACKETS.finditer(name):
         inside = found[1].strip()
         known, odd = _unit(inside)

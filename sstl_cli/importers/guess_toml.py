@@ -15,6 +15,7 @@ from sstl_cli.importers.guess_clocks import SAME_STEP, own_time
 from sstl_cli.importers.guess_files import Named, side_words, taken
 from sstl_cli.importers.guess_labels import LabelColumn
 from sstl_cli.importers.guess_look import Look, moves
+from sstl_cli.importers.guess_missing import without_code
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_roles import SIDES, Roles
 from sstl_cli.importers.guess_time import MARK, TimeGuess
@@ -124,11 +125,15 @@ def _tension(target: str, roles: Roles, data: dict[str, Array]) -> str:
     one = found[0]
     names = [json.dumps(s.name, ensure_ascii=False) for s in found]
     source = f"minus = [{', '.join(names)}]" if len(found) > 1 else f"column = {names[0]}"
-    unit, doubt = _unit(one, target, [data[s.name] for s in found])
-    if len(found) == 1 and one.dimension in ("", "force") and not one.strange and negative(data[one.name]):
+    held = [without_code(data[s.name]) for s in found]
+    unit, doubt = _unit(one, target, [values for values, _, _ in held])
+    if len(found) == 1 and one.dimension in ("", "force") and not one.strange and negative(held[0][0]):
         unit, turned = f"{unit}, sign = -1", "negative throughout, and a tendon only pulls: does it read negative in tension?"
         doubt = "; ".join(filter(None, (turned, doubt)))
-    return f"{target} = {{ {source}, {unit} }}" + _mark("; ".join(filter(None, (question, doubt, *(s.doubt for s in found)))))
+    codes = (
+        f"{n} samples hold {code:g}, a code for a missing reading? leave these cells empty then" for _, code, n in held if code is not None
+    )
+    return f"{target} = {{ {source}, {unit} }}" + _mark("; ".join(filter(None, (question, doubt, *codes, *(s.doubt for s in found)))))
 
 
 def negative(values: Array) -> bool:

@@ -65,7 +65,8 @@ SIDE: dict[str, str] = {
 }
 REFERENCE = words(
     "ref reference cmd command commanded desired des setpoint set sp target soll sollwert consigne consigna "
-    "referencia riferimento demand goal nominal vorgabe"
+    "referencia riferimento demand goal nominal vorgabe gewenst gewenste desiderata desiderato objetivo deseada deseado demande demandee "
+    "voulu voulue richiesta richiesto"
 )
 # of a channel that was planned, computed or taken of readings, or that tells something about the one that was measured
 NOT_MEASURED = words(
