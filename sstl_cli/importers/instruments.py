@@ -116,12 +116,14 @@ class Measured:
 
 
 def labview(header: list[str], cut: Cut) -> Measured:
-    """Return units and sampling period from the lines of LabVIEW's header, nothing where each channel has a clock of its own."""
+    """Return units and sampling period from the lines of LabVIEW's header, no period where each channel has a clock of its own."""
     told = {row[0]: row[1:] for line in header if (row := cut(line))}
     over = told.get(LABVIEW_OVER, [])
     timed = bool(over) and set(over) - {""} == {"Time"}
     if told.get(LABVIEW_COLUMNS, [""])[:1] == ["Multi"]:
-        return Measured()
+        # clock and readings take turns, and the cells of the header stand over the readings
+        cells = ("", *told.get(LABVIEW_UNITS, []))
+        return Measured(tuple("s" if timed and i % 2 == 0 else c for i, c in enumerate(cells)))
     steps = {_number(v) for v in told.get(LABVIEW_STEP, []) if v} if timed else set()
     step = steps.pop() if len(steps) == 1 else math.nan
     return Measured(("s" if timed else "", *told.get(LABVIEW_UNITS, [])), step if step > 0.0 else math.nan)

@@ -280,7 +280,12 @@ def _cells(line: str, width: int, delimiter: str) -> list[str]:
 
 
 def _padded(row: list[str], width: int, empty: Sequence[int]) -> list[str]:
-    """Return a row of the header with cells for the columns at its end that no reading has."""
+    """Return a row of the header with cells for the columns at its end that no reading has, and without those behind the last such column.
+
+    Readings that end in a delimiter with nothing behind it were cut short there (an oscilloscope's columns of settings).
+    """
+    if len(row) > width and width - 1 in empty:
+        return row[:width]
     return [*row, *[""] * (width - len(row))] if len(row) > 1 and set(range(len(row), width)) <= set(empty) else row
 
 

@@ -90,6 +90,22 @@ def test_the_increment_of_an_oscilloscope_is_its_step(head: str, tmp_path: Path)
     assert "the header states it" in found.toml
 
 
+@pytest.mark.parametrize("behind", ["", ","])
+def test_readings_that_end_before_the_settings_of_an_oscilloscope_are_read(behind: str, tmp_path: Path) -> None:
+    head = f"X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-1.0e-01,{STEP:e}\n"
+    columns, _ = proposed(tmp_path / "act.csv", head + rows(K, X / 10, Y / 10, behind, digits=4))
+    assert columns["time_s"]["rate_hz"] == pytest.approx(1 / STEP)
+    assert [columns[t]["column"] for t in ("tension_in_n", "tension_out_n")] == ["CH1", "CH2"]
+
+
+@pytest.mark.parametrize("unit", ["Volts", "Newtons", "lbf"])
+def test_units_of_labview_with_a_clock_for_each_channel_are_read(unit: str, tmp_path: Path) -> None:
+    head = "LabVIEW Measurement\t\nMulti_Headings\tYes\nX_Columns\tMulti\n***End_of_Header***\t\n\nChannels\t2\t\t\t\n"
+    told = f"Y_Unit_Label\t{unit}\t\t{unit}\t\t\nX_Dimension\tTime\t\tTime\t\t\n***End_of_Header***\nX_Value\tFin\tX_Value\tFout\tComment\n"
+    columns, _ = proposed(tmp_path / "act.lvm", head + told + rows(T, X, T, Y, sep="\t"))
+    assert {columns[t]["unit"] for t in ("tension_in_n", "tension_out_n")} == {{"Volts": "V", "Newtons": "N"}.get(unit, unit)}
+
+
 @pytest.mark.parametrize("line", ["Run time: 60 s", "Period = 4 s", "Test time: 5 s", "Hold time = 10 ms"])
 def test_other_times_of_a_header_are_no_step(line: str, tmp_path: Path) -> None:
     _, found = proposed(tmp_path / "act.csv", f"{line}\nTime (s),Fin (N),Fout (N)\n" + rows(T, X, Y))
