@@ -16,6 +16,7 @@ from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_clocks import Clocks, with_own_clocks
 from sstl_cli.importers.guess_fractions import Parts, sums
+from sstl_cli.importers.guess_groups import with_groups
 from sstl_cli.importers.guess_labels import LabelColumn, holds_systems, label_columns, label_names, rows_of_first, runs_in
 from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, two_units, with_marks
 from sstl_cli.importers.guess_names import Said, contradicted, said, time_unit
@@ -91,7 +92,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
         raise _too_few(chosen, path, found)
     _refuse_grouped(chosen, path, found)
     left_out = _left_out(channels, wrong)
-    channels = [replace(c, name=c.name.removeprefix(prefix)) for c in channels]
+    channels = with_groups([replace(c, name=c.name.removeprefix(prefix)) for c in channels], data)
     names = [asking(s, doubts.get(s.name, "")) for s in (_said(c, chosen) for c in channels)]
     names = with_marks(path, names) if chosen.ID == "text" else names
     # a clock may begin anew with each run that the labels tell apart

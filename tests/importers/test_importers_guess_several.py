@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,22 @@ def test_pairs_that_differ_are_named(tmp_path: Path) -> None:
             files[-1].write_text(f"Time,Force\ns,{unit if side == 'tip' else 'N'}\n" + rows(T, values))
     [question] = guess(files).questions
     assert question.target == "tension_out_n" and "'tip_act_2.csv' gives" in question.text
+
+
+def test_the_axes_of_messages_written_flat_are_those_of_their_force(tmp_path: Path) -> None:
+    head = "rosbagTimestamp,header,seq,secs,nsecs,frame_id,wrench,force,x,y,z,torque,x,y,z\n"
+    files = [tmp_path / f"_slash_ft_{side}_slash_wrench_sstl_bend060.csv" for side in ("proximal", "distal")]
+    for path, values in zip(files, (X, Y), strict=True):
+        stamps = [f"{1763633703250000000 + 10_000_000 * i}" for i in range(N)]
+        body = rows(T, "", np.arange(N), "ft", "", "", X / 100, X / 90, values, "", X / 50, X / 40, 2 * values).splitlines()
+        path.write_text(
+            head + "".join(f"{s},,{i},{s[:10]},{s[10:]},{b.split(',', 3)[3]}\n" for i, (s, b) in enumerate(zip(stamps, body, strict=True)))
+        )
+    found = guess(files)
+    columns = tomllib.loads(found.toml)["columns"]
+    assert {columns[t]["column"] for t in FORCES} == {"z.1"} and 'merge = "channels"' in found.toml
+    assert 'system = "sstl"' in found.toml and 'config_id = "060"' in found.toml
+    assert {q.target for q in found.questions} == set(FORCES)
 
 
 @pytest.mark.parametrize("above", ["", "# system: act\n"])
