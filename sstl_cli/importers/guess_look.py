@@ -25,9 +25,9 @@ from sstl_cli.importers.guess_remarks import system_said
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
 from sstl_cli.importers.guess_time import TimeGuess, even, guess_time, runs_forward, trimmed
-from sstl_cli.importers.guess_unit_columns import with_unit_columns
+from sstl_cli.importers.guess_unit_columns import with_unit_columns, with_unit_said
 from sstl_cli.importers.guess_words import QUANTITY_OF, words
-from sstl_cli.importers.text import OR_ELSEWHERE, grouped_in
+from sstl_cli.importers.text import OR_ELSEWHERE, grouped_in, remarks
 from sstl_cli.importers.text_cells import WITHOUT_MARKS
 from sstl_cli.importers.text_header import unit_in
 from sstl_cli.importers.text_layout import layout_of
@@ -127,8 +127,12 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
 
 
 def _with_units(chosen: Format, path: Path, found: list[Channel]) -> tuple[list[Channel], dict[str, str]]:
-    """Return the channels with what columns of units beside them say in a table, and the questions that those raise."""
-    return with_unit_columns(found, lambda name: _first_texts(chosen, path, name)[0]) if chosen.ID in TABLES else (found, {})
+    """Return the channels with what columns of units beside them, and a line above, say in a table, and the questions that those raise."""
+    if chosen.ID not in TABLES:
+        return found, {}
+    found, doubts = with_unit_columns(found, lambda name: _first_texts(chosen, path, name)[0])
+    found, more = with_unit_said(found, remarks(path) if chosen.ID == "text" else ())
+    return found, doubts | more
 
 
 def _refuse_grouped(chosen: Format, path: Path, found: list[Channel]) -> None:
@@ -216,10 +220,10 @@ def _system(chosen: Format, path: Path, found: list[Channel], told: set[str]) ->
     """Return the system that the file tells beside its table and its labels, an empty text where it tells none."""
     beside = getattr(chosen, "remarks", None)
     with guarded(path, chosen.TITLE):
-        remarks = list(beside(path)) if beside is not None else []
+        lines = list(beside(path)) if beside is not None else []
     single = [c.name for c in found if c.text and c.rows == 1 and c.name not in told]
-    remarks += [f"{re.split('[./]', n)[-1]}: {t}" for n in single for t in _first_texts(chosen, path, n)[0]]
-    return system_said(remarks, [c.name for c in found])
+    lines += [f"{re.split('[./]', n)[-1]}: {t}" for n in single for t in _first_texts(chosen, path, n)[0]]
+    return system_said(lines, [c.name for c in found])
 
 
 def _first_texts(chosen: Format, path: Path, name: str) -> tuple[list[str], bool]:

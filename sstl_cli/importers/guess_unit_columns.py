@@ -1,14 +1,28 @@
-"""Columns of a table that hold the unit of the readings beside them, row by row (``Force,Unit``, ``UnitIn``)."""
+"""Units of readings that stand neither in their names nor in a row: columns beside them (``Force,Unit``, ``UnitIn``), and a line above (``Units: lb``)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 from sstl_cli.core.units import unit_of
 from sstl_cli.importers.base import Channel
 from sstl_cli.importers.guess_names import Said, said
 from sstl_cli.importers.text_header import UNIT_ROWS, stated_unit, unit_in
+
+_LINE = re.compile(r"[\W_]*(?:(?:force|load|tension)\s+)?(?:units?|einheit|unite|unidad|unita)\s*[:=;,]\s*(\S+?)[\s;,]*", re.IGNORECASE)
+
+
+def with_unit_said(found: Sequence[Channel], remarks: Iterable[str]) -> tuple[list[Channel], dict[str, str]]:
+    """Return the columns with the one unit of force that a line above the table tells for all forces of no other unit, which is asked."""
+    held = {u for line in remarks if (m := _LINE.fullmatch(line)) and (u := stated_unit(m[1])) and unit_of(u)[0] == "force"}
+    if len(held) != 1:
+        return list(found), {}
+    unit = held.pop()
+    forces = [c.name for c in found if not c.text and (s := said(c.name, c.unit)).tension and not (s.unit or s.strange)]
+    asked = dict.fromkeys(forces, f"a line above the table says that units are {unit}: this one's too?")
+    return [replace(c, unit=unit) if c.name in asked else c for c in found], asked
 
 
 def with_unit_columns(found: Sequence[Channel], cells: Callable[[str], Sequence[str]]) -> tuple[list[Channel], dict[str, str]]:

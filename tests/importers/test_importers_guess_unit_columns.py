@@ -59,3 +59,17 @@ def test_a_unit_that_changes_is_asked(tmp_path: Path) -> None:
 def test_a_column_that_holds_no_units_of_force_says_nothing(cell: str, tmp_path: Path) -> None:
     proposal = found(tmp_path, "Time (s),Fin (N),Unit,Fout (N)\n" + rows(T, X, cell, Y))
     assert not proposal.questions and unit(proposal, "tension_in_n") == "N"
+
+
+@pytest.mark.parametrize("line", ["# Units: lb", "Force unit = lbf", "% Unit: lbf"])
+def test_a_line_above_the_table_proposes_the_unit_of_forces_that_state_none(line: str, tmp_path: Path) -> None:
+    proposal = found(tmp_path, f"{line}\nTime (s),Fin,Fout\n" + rows(T, X, Y))
+    assert unit(proposal, "tension_in_n") == unit(proposal, "tension_out_n") == ("lb" if line.endswith("lb") else "lbf")
+    assert all("a line above the table says" in q.text and "no unit is stated" not in q.text for q in proposal.questions)
+    assert {q.target for q in proposal.questions} == {"tension_in_n", "tension_out_n"}
+
+
+@pytest.mark.parametrize("line", ["# Units: lb", "# Units: mm", "# unit 3, bench 2"])
+def test_such_a_line_does_not_touch_forces_that_state_their_unit(line: str, tmp_path: Path) -> None:
+    proposal = found(tmp_path, f"{line}\nTime (s),Fin (N),Fout (N)\n" + rows(T, X, Y))
+    assert not proposal.questions and unit(proposal, "tension_in_n") == "N"
