@@ -134,7 +134,10 @@ def _asked(clock: TimeGuess, base: Said, own: Said, data: dict[str, Array]) -> T
     """Return the own clock of a channel with a question where it runs as fast as that of the file but from another zero: rows may go together all the same."""
     x, y = _seconds(base, data), _seconds(own, data)
     if len(x) != len(y) or abs((x[-1] - x[0]) - (y[-1] - y[0])) > SAME_RATE * (x[-1] - x[0]):
-        return clock
+        if is_epoch(data[base.name]) == is_epoch(data[own.name]):
+            return clock
+        ask = 'the clocks never meet: in [clocks] write align = "start" if both began together, or "apply" to find it by the motion'
+        return replace(clock, line=clock.line + ("; " if MARK in clock.line else MARK) + ask)
     if float(np.median(np.abs(x - y))) <= float(np.median(np.diff(x))):
         return clock
     ask = f"'{base.name}' runs as fast from another zero: if both of a row are of one moment, take time and what belongs to it out of this line"

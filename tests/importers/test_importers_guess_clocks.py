@@ -175,6 +175,11 @@ def test_unix_time_of_one_side_beside_a_clock_of_the_other_from_zero_is_asked(ze
     assert "another zero" in next(q.text for q in found.questions if q.target == "tension_out_n")
 
 
+def test_unix_time_of_one_side_beside_another_rate_from_zero_asks_how_they_meet(tmp_path: Path) -> None:
+    found = table(tmp_path, "stamp_in_ms,Fin_N,t_out_s,Fout_N", lambda i: 1763633703120.0 + 10 * i, lambda i: 0.0125 * i)
+    assert "never meet" in next(q.text for q in found.questions if q.target == "tension_out_n")
+
+
 def test_elapsed_and_unix_time_of_no_side_stay_one_clock(tmp_path: Path) -> None:
     found = table(tmp_path, "time_s,Fin_N,unix_ms,Fout_N", lambda i: 0.01 * i, lambda i: 1763633703120.0 + 10 * i)
     assert "time" not in columns(found)["tension_out_n"] and not found.questions
