@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from header_table import T, X, Y, rows
+from proposals import proposed
 
-from sstl_cli.importers.guess import Guess, guess
+from sstl_cli.importers.guess import Guess
 from sstl_cli.importers.mapping import read_mapping
 from sstl_cli.steps.import_ import run
 
@@ -17,12 +18,6 @@ from sstl_cli.steps.import_ import run
 STEP = float(T[1] - T[0])
 K = np.arange(len(T))
 SECONDS = T.astype(int)
-
-
-def proposed(path: Path, text: str) -> tuple[dict[str, dict[str, object]], Guess]:
-    path.write_text(text)
-    found = guess([path])
-    return tomllib.loads(found.toml)["columns"], found
 
 
 def in_newtons_and_seconds(path: Path, found: Guess) -> None:

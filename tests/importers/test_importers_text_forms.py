@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from header_table import T, X, Y
+from proposals import proposed
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
@@ -19,12 +20,6 @@ from sstl_cli.steps.import_ import run
 
 START = datetime(2024, 5, 14, 10, 22, 33)
 LBF = 4.4482216152605
-
-
-def proposed(path: Path, text: str) -> tuple[dict[str, dict[str, object]], Guess]:
-    path.write_text(text)
-    found = guess([path])
-    return tomllib.loads(found.toml)["columns"], found
 
 
 def imported(path: Path, found: Guess) -> Run:

@@ -45,7 +45,7 @@ from sstl_cli.identification.gate.sensors import Sensor, digits_lost, sensors_of
 from sstl_cli.identification.gate.sequence import disorder_of
 from sstl_cli.identification.gate.shapes import NO_SHAPES, shapes_of
 from sstl_cli.identification.gate.slopes import NO_SLOPES, Slopes, agreed
-from sstl_cli.identification.segment import segment_run
+from sstl_cli.identification.segment import Segmentation, segment_run
 
 Array = NDArray[np.float64]
 MIN_SAMPLES = 32
@@ -113,11 +113,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
     # data that make no sense may overflow on their way to "not identified"
     with np.errstate(all="ignore"):
         found = segment_run(_thinned(clean, SEGMENT_POINTS))
-    th, se = found.theta, found.theta_se
-    slopes = Slopes(
-        *(math.nan if th[n] is None else float(th[n]) for n in ("gamma_p", "beta_p", "gamma_r", "beta_r")),  # type: ignore[arg-type]
-        *(math.nan if se[n] is None else float(se[n]) for n in ("gamma_p", "gamma_r")),  # type: ignore[arg-type]
-    )
+    slopes = _slopes(found)
     few = _thinned(clean, MOST_POINTS)
     position = None if run.position_in_mm is None else _blocks(run.position_in_mm, MOST_POINTS)
     t, x, y = few.time_s - few.time_s[0], few.tension_in_n, few.tension_out_n
@@ -169,6 +165,15 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         reference_lag=reference_lag(run.time_s, run.tension_ref_n, run.tension_in_n),
         movement=movement_of(clean.tension_in_n),
         copies=copies_of({n: v for n in CHANNELS if (v := getattr(run, n)) is not None}),
+    )
+
+
+def _slopes(found: Segmentation) -> Slopes:
+    """Return the lines of a run with the standard errors of their slopes, NaN where one was not found."""
+    th, se = found.theta, found.theta_se
+    return Slopes(
+        *(math.nan if th[n] is None else float(th[n]) for n in ("gamma_p", "beta_p", "gamma_r", "beta_r")),  # type: ignore[arg-type]
+        *(math.nan if se[n] is None else float(se[n]) for n in ("gamma_p", "gamma_r")),  # type: ignore[arg-type]
     )
 
 
