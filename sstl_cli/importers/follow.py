@@ -25,7 +25,7 @@ from sstl_cli.importers.seen import Seen
 from sstl_cli.importers.sources import Labels, labels_of
 from sstl_cli.importers.systems import known_system
 from sstl_cli.importers.text_cells import MISSING, SPACES
-from sstl_cli.importers.text_file import is_wide
+from sstl_cli.importers.text_file import wide
 from sstl_cli.importers.text_layout import MAX_LINE_BYTES, TextLayout, layout_of
 from sstl_cli.importers.text_stamps import StampReader
 
@@ -202,7 +202,7 @@ class TextFollower:
             raise SstlError(
                 "channels with clocks of their own cannot be followed", where=str(self.path), fix="import the finished file", code="E356"
             )
-        if is_wide(self.path):
+        if wide(self.path):
             raise SstlError("is UTF-16 text, which cannot be followed", where=str(self.path), fix="import the finished file", code="E321")
         self._layout: TextLayout = layout_of(self.path, found.layout)
         return True

@@ -16,7 +16,7 @@ from sstl_cli.importers.guess_words import UNIT_WORDS
 Array = NDArray[np.float64]
 # of stamps, in usual steps: a longer one is a gap
 GAP = 2.5
-DAY_S = 86_400.0
+DAY_S, HOUR_S = 86_400.0, 3_600.0
 # a number with its unit in one cell, as a table of times is written
 _SPOKEN = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*([^\W\d_]+)\.?")
 # minutes and seconds as spreadsheets show them; a time of day would have no fraction there
@@ -89,7 +89,9 @@ def _seconds(texts: Sequence[str]) -> list[Array]:
     if len(spoken) == len(texts):
         return [np.array(spoken)]
     if all(minutes := [MINUTES.fullmatch(t) for t in texts]):
-        return [np.array([60.0 * int(m[1]) + _number(m[2]) for m in minutes if m])]
+        shown = np.array([60.0 * int(m[1]) + _number(m[2]) for m in minutes if m])
+        # they begin anew at the hour
+        return [shown + HOUR_S * np.cumsum(np.diff(shown, prepend=shown[:1]) < -HOUR_S / 2)]
     clocks = [m for m in map(CLOCK.fullmatch, texts) if m]
     if len(clocks) == len(texts) and len({bool(m[1]) for m in clocks}) == 1:
         times = np.array([of_day(m) for m in clocks])

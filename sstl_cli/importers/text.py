@@ -15,7 +15,7 @@ from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.core.runs import ahead
 from sstl_cli.importers.base import Block, Channel, Layout, Notes
 from sstl_cli.importers.text_cells import GROUPED, MINUS, MISSING, SPACES, WITHOUT_MARKS, cut, grouped_sign
-from sstl_cli.importers.text_file import opened
+from sstl_cli.importers.text_file import opened, wide_encoding
 from sstl_cli.importers.text_footer import footer_of
 from sstl_cli.importers.text_forms import WITHOUT_UNITS
 from sstl_cli.importers.text_layout import MAX_LINE_BYTES, TextLayout, as_text, layout_of
@@ -38,7 +38,7 @@ _TOO_LONG = f"a line is longer than {MAX_LINE_BYTES >> 20} MiB"
 def sniff(head: bytes, path: Path) -> bool:
     """Return whether the head is text: no zero byte, hardly any control character."""
     if not head or b"\0" in head:
-        return head[:2] in (b"\xff\xfe", b"\xfe\xff") and path.suffix.lower() in EXTENSIONS
+        return bool(wide_encoding(head)) and path.suffix.lower() in EXTENSIONS
     control = sum(head.count(bytes([c])) for c in range(32) if c not in (9, 10, 12, 13))
     return control <= len(head) // 1000 and any(48 <= c <= 57 for c in head)
 

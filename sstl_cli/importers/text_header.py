@@ -189,6 +189,9 @@ def names_and_units(head: list[str], first: list[str], delimiter: str, path: Pat
     empty = [i for i, c in enumerate(first) if is_missing(c)]
     rows = [_padded(_cells(x, width, delimiter), width, empty) for x in head]
     fitting = [r for r in rows if (len(r) == width or (len(r) == width - 1 and width > 2)) and not statistic(r)]
+    # above a row of names as wide as the table a narrower one is no header (the model of a gauge, its unit)
+    whole = next((k for k, r in enumerate(fitting) if len(r) == width and not _states_units(r)), 0)
+    fitting = [r for k, r in enumerate(fitting) if k >= whole or len(r) == width]
     # settings stand where no reading does
     fitting = [["" if is_number(c) and is_missing(f) else c for c, f in zip(r, first, strict=False)] for r in fitting]
     if not fitting:

@@ -18,6 +18,7 @@ from sstl_cli.importers.text_cells import MINUS, SPACES, WITHOUT_MARKS, cut, gro
 from sstl_cli.importers.text_file import opened
 from sstl_cli.importers.text_forms import NAME_OF_STAMP, Forms, forms_of, is_signed, is_united
 from sstl_cli.importers.text_header import COMMENTS, names_and_units, numbered, stated_unit, table_in, unit_in
+from sstl_cli.importers.text_json import json_forms
 from sstl_cli.importers.text_stamps import are_stamps
 
 MAX_LINE_BYTES = 1 << 20
@@ -69,10 +70,11 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     data = data[:-1] if len(data) > 2 and len(rest) > 1 and rest[-1] else data
     if not data:
         raise SstlError("holds no line of data", where=str(path), fix="check skip_rows and the file", code="E323")
-    if all(x.strip().startswith("{") and x.rstrip(" ,\t").endswith("}") for x in data):
-        fix = "write it as CSV, with one column for each name"
-        raise SstlError("holds JSON, one record a line, which is not read", where=str(path), fix=fix, code="E323")
-    forms = _forms(sample, data) if wanted.delimiter is None else None
+    records = all(x.strip().startswith("{") and x.rstrip(" ,\t").endswith("}") for x in data)
+    forms = None if wanted.delimiter is not None else json_forms(data) if records else _forms(sample, data)
+    if records and forms is None:
+        what = "holds JSON, one record a line, whose keys are not the same throughout"
+        raise SstlError(what, where=str(path), fix="write it as CSV, with one column for each name", code="E323")
     if forms is not None:
         sample, data = [forms.line(x) for x in sample], [forms.line(x) for x in data]
     delimiter = forms.delimiter if forms is not None else _NAMED.get(wanted.delimiter or "", wanted.delimiter or "") or _delimiter(data)

@@ -9,7 +9,7 @@ from datetime import UTC, date, datetime
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.importers.guess_stamps import CLOCK, DAY_S, MINUTES, date_orders, of_day
+from sstl_cli.importers.guess_stamps import CLOCK, DAY_S, HOUR_S, MINUTES, date_orders, of_day
 
 Array = NDArray[np.float64]
 _EPOCH = date(1970, 1, 1).toordinal()
@@ -47,17 +47,17 @@ class StampReader:
         if m := CLOCK.fullmatch(cell):
             return self._of_date((m[1], m[3], m[4]), m[2]) + of_day(m) if m[1] else self._running(of_day(m))
         if m := MINUTES.fullmatch(cell):
-            return 60.0 * int(m[1]) + float(m[2].replace(",", "."))
+            return self._running(60.0 * int(m[1]) + float(m[2].replace(",", ".")), HOUR_S)
         try:
             stamp = datetime.fromisoformat(cell if "-" in cell or "T" in cell else "-")
         except ValueError:
             raise ValueError(cell) from None
         return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
 
-    def _running(self, seconds: float) -> float:
-        """Return a time of day as it runs on over midnight."""
-        if seconds + self._day < self._last - DAY_S / 2:
-            self._day += DAY_S
+    def _running(self, seconds: float, period: float = DAY_S) -> float:
+        """Return a time of day as it runs on over midnight, or minutes and seconds over the hour."""
+        if seconds + self._day < self._last - period / 2:
+            self._day += period
         self._last = seconds + self._day
         return self._last
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
 from pathlib import Path
 
@@ -40,12 +39,6 @@ def test_a_word_in_another_column_leaves_it_out_with_a_reason(tmp_path: Path) ->
     (tmp_path / "a.csv").write_text(HEAD.replace("\n", ",Motor (mm)\n") + "\n".join(lines) + "\n")
     found = guess([tmp_path / "a.csv"])
     assert any("'Motor (mm)' is left out" in r and "line 52" in r and "'ERR'" in r for r in found.reasons)
-
-
-def test_json_lines_are_told(tmp_path: Path) -> None:
-    text = "".join(json.dumps({"t": t, "f_in": x, "f_out": y}) + "\n" for t, x, y in zip(T, X, Y, strict=True))
-    error = refused(tmp_path / "a.jsonl", text)
-    assert "JSON" in error.what and "CSV" in error.fix
 
 
 def test_one_row_a_value_is_told_by_compound_names(tmp_path: Path) -> None:
