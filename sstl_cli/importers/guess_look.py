@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +41,8 @@ TABLES = ("text", "parquet")
 # names of the columns of a long table: which channel a reading is of, and the reading
 KEYS = words("field variable channel signal metric sensor parameter series tag kanal canal canale name")
 VALUES = words("value val wert valeur valor valore reading")
+# a long table has the reading and the number of its channel, and no more that moves
+_LONG = 3
 
 
 @dataclass(frozen=True)
@@ -103,7 +106,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     stated = _stamps(chosen, path, texts) or _rate(chosen, path, found)
     time = guess_time(names, one, texts, stated)
     moving = [s for s in names if s.name in data and s.name not in (time.channel, time.fraction) and moves(data[s.name])]
-    _refuse_long(path, found, moving)
+    _refuse_long(chosen, path, found, {s: data[s.name] for s in moving})
     roles = guess_roles(moving, data)
     clocks = Clocks(time)
     if not own:
@@ -167,15 +170,28 @@ def _of_thousands(chosen: Format, path: Path, error: SstlError) -> SstlError:
     return error
 
 
-def _refuse_long(path: Path, found: list[Channel], moving: list[Said]) -> None:
+def _refuse_long(chosen: Format, path: Path, found: list[Channel], moving: Mapping[Said, Array]) -> None:
     """Raise SstlError for a table of one row per reading: a column of text says which channel it is of."""
+    if any(s.tension and s.words[-1:] and s.words[-1] not in VALUES for s in moving):
+        return
     # VarName, tag_name
     keys = [c.name for c in found if c.text and said(c.name).words[-1:] and said(c.name).words[-1] in KEYS]
     held = [s.name for s in moving if s.words[-1:] and s.words[-1] in VALUES]
-    if keys and len(held) == 1 and not any(s.tension and s.name not in held for s in moving):
+    if not keys or len(held) != 1:
+        # whatever they are called: words that take turns, beside one reading and what numbers its channel
+        keys = [c.name for c in found if c.text and _take_turns(_first_texts(chosen, path, c.name)[0])] if len(moving) < _LONG else []
+        held = [s.name for s, values in moving.items() if len(np.unique(values)) > MAX_COLUMNS or len(moving) == 1]
+    if keys and len(held) == 1:
         what = f"has one row per field ('{keys[0]}' says which, '{held[0]}' holds it)"
         fix = f"pivot it first, so that each '{keys[0]}' is a column of its own, and each time one row"
         raise SstlError(what, where=str(path), fix=fix, code="E333")
+
+
+def _take_turns(texts: list[str]) -> bool:
+    """Return whether a few words follow each other from row to row, as the names of channels do; labels of runs stand in blocks."""
+    few = set(texts)
+    changes = sum(a != b for a, b in pairwise(texts))
+    return 1 < len(few) <= MAX_COLUMNS and all(re.search(r"[^\W\d_]", t) for t in few) and 2 * changes > len(texts) > len(few) ** 2
 
 
 def _said(channel: Channel, chosen: Format) -> Said:

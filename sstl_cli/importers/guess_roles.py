@@ -14,6 +14,10 @@ from sstl_cli.importers.guess_words import QUANTITY_OF, RMS, SIDE_OF, TREATED, U
 Array = NDArray[np.float64]
 # of the largest correlation, how much tells as little, and how much more the side that pulls moves
 ALIKE, LARGER = 0.9, 1.1
+# rows that show a motion, and the area of a loop, in that of the box around it, that noise does not leave
+_ENOUGH, _TURNED = 50, 0.02
+# "F/T Sequence", "Force sample": the last word says what it is of these
+_NUMBERING = {"sequence", "seq", "index", "idx", "counter", "sample", "samples"}
 SIDES = {"tension_in_n": "in", "tension_out_n": "out"}
 OTHER = {"in": "tension_out_n", "out": "tension_in_n"}
 
@@ -49,8 +53,8 @@ def guess_roles(names: list[Said], data: dict[str, Array]) -> Roles:
 
 
 def measured(names: list[Said]) -> list[Said]:
-    """Return the tensions without those that were not measured by their names where one beside them was."""
-    tensions = [s for s in names if s.tension]
+    """Return the tensions without those that were not measured by their names where one beside them was, nor what only numbers readings of forces."""
+    tensions = [s for s in names if s.tension and not (s.words[-1:] and s.words[-1] in _NUMBERING and not s.unit)]
     sure = [s for s in tensions if not s.unmeasured]
     return [s for s in tensions if not s.unmeasured or not any(not s.side or m.side in (s.side, "") for m in sure)]
 
@@ -72,7 +76,9 @@ def _of_tensions(tensions: list[Said], names: list[Said], data: dict[str, Array]
     if len(sided["in"]) == 1 and len(sided["out"]) == 1:
         a, b = sided["in"][0], sided["out"][0]
         ask = _returning(plain)
-        return Roles((a,), (b,), "", ask, reasons=(f"tension_in_n: '{a.name}' and tension_out_n: '{b.name}', by their names",))
+        against = _against(a, b, data)
+        ask = "; ".join(filter(None, (against, ask)))
+        return Roles((a,), (b,), against, ask, reasons=(f"tension_in_n: '{a.name}' and tension_out_n: '{b.name}', by their names",))
     if sided["in"] and sided["out"]:
         return _several(sided["in"], sided["out"])
     for side in ("in", "out"):
@@ -94,6 +100,23 @@ def _of_tensions(tensions: list[Said], names: list[Said], data: dict[str, Array]
     if len(plain) > 1:
         return _antagonists(plain, names, data) or _unsided(plain, data)
     return _unnamed(names, data)
+
+
+def _against(a: Said, b: Said, data: dict[str, Array]) -> str:
+    """Return the question whether two tensions are swapped whose motion says the opposite of their names: friction takes and delays, it gives nothing."""
+    x, y = data[a.name], data[b.name]
+    # in other units, or where one is negative, it is not known which moves more
+    if len(x) != len(y) or len(x) < _ENOUGH or a.unit != b.unit or (np.nanmedian(x) < 0) != (np.nanmedian(y) < 0):
+        return ""
+    good = np.isfinite(x) & np.isfinite(y)
+    x, y = np.abs(x[good]), np.abs(y[good])
+    spans = [float(np.subtract(*np.percentile(v, (98, 2)))) if len(v) else 0.0 for v in (x, y)]
+    if min(spans) <= 0 or spans[1] < LARGER * spans[0]:
+        return ""
+    # twice the area of the loops, closed at the end; an output that comes later turns them one way, one that comes first the other
+    x, y = (v - v[0] for v in (x, y))
+    turned = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / (spans[0] * spans[1])
+    return f"'{b.name}' moves more than '{a.name}' and comes first, as an input does: are the names swapped?" if turned < -_TURNED else ""
 
 
 def _returning(plain: list[Said]) -> str:

@@ -20,7 +20,7 @@ def with_unit_said(found: Sequence[Channel], remarks: Iterable[str]) -> tuple[li
     if len(held) != 1:
         return list(found), {}
     unit = held.pop()
-    forces = [c.name for c in found if not c.text and (s := said(c.name, c.unit)).tension and not (s.unit or s.strange)]
+    forces = [c.name for c in found if not c.text and (s := _said(c)).tension and not (s.unit or s.strange)]
     asked = dict.fromkeys(forces, f"a line above the table says that units are {unit}: this one's too?")
     return [replace(c, unit=unit) if c.name in asked else c for c in found], asked
 
@@ -48,6 +48,11 @@ def with_unit_columns(found: Sequence[Channel], cells: Callable[[str], Sequence[
     return [replace(c, unit=stated.get(c.name, c.unit)) for c in found], asked
 
 
+def _said(channel: Channel) -> Said:
+    """Return what a column's name says with the unit that stands apart from it: that of ``f_in`` is no inch."""
+    return said(channel.name, "" if channel.unit == unit_in(channel.name) else channel.unit)
+
+
 def _units(cells: Sequence[str]) -> list[str]:
     """Return the units of force that a column holds, an empty list where it holds anything else."""
     held = [stated_unit(c) for c in dict.fromkeys(cells) if c.strip()]
@@ -58,7 +63,7 @@ def _units(cells: Sequence[str]) -> list[str]:
 def _readings(found: Sequence[Channel], column: str, alone: bool) -> list[Channel]:
     """Return the readings that a column of units is of: those of its side, the one in front of it, and of the only such column all forces of no stated unit."""
     at = next(i for i, c in enumerate(found) if c.name == column)
-    heard: list[tuple[Channel, Said]] = [(c, said(c.name, c.unit)) for c in found if not c.text]
+    heard = [(c, _said(c)) for c in found if not c.text]
     if side := said(column).side:
         return [c for c, s in heard if s.side == side and s.quantity in ("force", "") and s.dimension in ("force", "")]
     front = found[at - 1] if at and not found[at - 1].text and said(found[at - 1].name).quantity not in ("time", "index") else None
