@@ -1,4 +1,4 @@
-"""Blocks of a planned file as they are read, and the times, values and labels of the log in them."""
+"""Blocks of a planned file as they are read, and the labels of the log in them."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 
 from sstl_cli.importers.base import Block, Notes, guarded, text_array
 from sstl_cli.importers.finder import TimeBase
 from sstl_cli.importers.plan import Plan, Signal
 
-Array = NDArray[np.float64]
 Advance = Callable[[float], None]
 
 
@@ -33,28 +31,6 @@ def blocks_of(
             index += n
             advance(block.position - before)
             before = block.position
-
-
-def time_of(clock: TimeBase, block: Block, index: int) -> Array:
-    """Return the times (s) of a block whose first row is ``index``, shape (n,)."""
-    if clock.rate_hz is not None:
-        return np.asarray((np.arange(len(block)) + index) / clock.rate_hz)
-    assert clock.channel is not None
-    times = _linear(np.asarray(block.columns[clock.channel], np.float64), clock.convert.factor, clock.convert.offset)
-    return times if clock.fraction is None else times + clock.fraction_s * np.asarray(block.columns[clock.fraction], np.float64)
-
-
-def value_of(signal: Signal, block: Block) -> Array:
-    """Return the values of a signal in a block in the log's unit, shape (n,)."""
-    return _linear(signal.recorded(block.columns), signal.convert.factor, signal.convert.offset)
-
-
-def _linear(values: Array, factor: float, offset: float) -> Array:
-    # values that need no conversion keep every bit
-    if offset:
-        values = values - offset
-    with np.errstate(over="ignore", invalid="ignore"):
-        return values if factor == 1.0 else values * factor
 
 
 def label_of(values: object, n: int, start: int) -> pa.Array:

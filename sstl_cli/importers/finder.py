@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError, nearest
 from sstl_cli.core.units import Linear, is_force, is_unit
@@ -40,6 +44,22 @@ class TimeBase:
     def channels(self) -> list[str]:
         """Names of the channels that tell the time."""
         return [c for c in (self.channel, self.fraction) if c is not None]
+
+    def times(self, columns: Mapping[str, object], n: int, first: int) -> NDArray[np.float64]:
+        """Return the times (s) of ``n`` rows, the first of which is row ``first`` of the file, shape (n,)."""
+        if self.rate_hz is not None:
+            return np.asarray((np.arange(n) + first) / self.rate_hz)
+        assert self.channel is not None
+        times = converted(np.asarray(columns[self.channel], np.float64), self.convert)
+        return times if self.fraction is None else times + self.fraction_s * np.asarray(columns[self.fraction], np.float64)
+
+
+def converted(values: NDArray[np.float64], convert: Linear) -> NDArray[np.float64]:
+    """Return recorded numbers in the log's unit, shape (n,); those that need no conversion keep every bit."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        if convert.offset:
+            values = values - convert.offset
+        return values if convert.factor == 1.0 else values * convert.factor
 
 
 class Finder:

@@ -18,7 +18,6 @@ import pyarrow.csv as pc
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.run_parts import SIGNALS, TEXTS
 from sstl_cli.core.runs import Run
-from sstl_cli.core.units import Linear
 from sstl_cli.importers.mapping import Mapping
 from sstl_cli.importers.plan import Plan, plan_of, recordings
 from sstl_cli.importers.seen import Seen
@@ -214,7 +213,6 @@ class TextFollower:
         if not body.strip():
             return
         columns = [c for s in plan.signals for c in s.channels]
-        clock = plan.clock.channel
         wanted = list(dict.fromkeys([*columns, *plan.clock.channels, *plan.labels.values()]))
         bad: list[int] = []
 
@@ -237,17 +235,12 @@ class TextFollower:
         first = min(self._skip, n)
         self._skip -= first
         number = {c: self._read_column(c, table) for c in dict.fromkeys([*columns, *plan.clock.channels])}
-        if plan.clock.rate_hz is not None:
-            time = (np.arange(n) + self._rows) / plan.clock.rate_hz
-        else:
-            time = _linear(number[str(clock)], plan.clock.convert)
-            if plan.clock.fraction is not None:
-                time = time + plan.clock.fraction_s * number[plan.clock.fraction]
+        time = plan.clock.times(number, n, self._rows)
         self._rows += n
         signals = {"time_s": time[first:]}
         for s in plan.signals:
             if s.target in SIGNALS:
-                signals[s.target] = _linear(s.recorded(number), s.convert)[first:]
+                signals[s.target] = s.values(number)[first:]
         labels = {k: table.column(c).to_pylist()[first:] for k, c in plan.labels.items()}
         yield from self._pieces(signals, labels)
 
@@ -313,11 +306,6 @@ def _plain(body: bytes, layout: TextLayout) -> bytes:
         body = re.sub(rb"(?m)^[ \t]+|[ \t]+$", b"", body)
         body = re.sub(rb"[ \t]+", b"\t", body)
     return body
-
-
-def _linear(values: np.ndarray, convert: Linear) -> np.ndarray:
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.asarray((values - convert.offset) * convert.factor, np.float64)
 
 
 def _numbers(column: pa.ChunkedArray, decimal: str) -> np.ndarray:

@@ -16,7 +16,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import Notes
 from sstl_cli.importers.chunk import Chunk, rows_of
 from sstl_cli.importers.clocks import ClockReport, compare, on_grid
-from sstl_cli.importers.columns import Advance, blocks_of, label_of, time_of, value_of
+from sstl_cli.importers.columns import Advance, blocks_of, label_of
 from sstl_cli.importers.finder import TimeBase
 from sstl_cli.importers.overlap import overlapping
 from sstl_cli.importers.plan import Plan, Signal
@@ -85,7 +85,7 @@ def _first_look(plan: Plan, pairs: dict[TimeBase, Pair | None], notes: Notes, ad
         labels = plan.labels if clock == plan.clock else {}
         top, rows = -np.inf, 0
         for block, index in blocks_of(plan, clock, [*mine, *series], labels, notes, advance):
-            time = time_of(clock, block, index)
+            time = clock.times(block.columns, len(block), index)
             if clock != plan.clock:
                 keep, top = advancing(time, top)
                 notes.aside("repeated or backward time on a second clock", int(len(time) - keep.sum()))
@@ -96,7 +96,7 @@ def _first_look(plan: Plan, pairs: dict[TimeBase, Pair | None], notes: Notes, ad
             rows += len(time)
             look.add(time[keep])
             for signal in series:
-                look.series[signal.target].add(time[keep], value_of(signal, block)[keep])
+                look.series[signal.target].add(time[keep], signal.values(block.columns)[keep])
         if not rows:
             raise SstlError(
                 f"clock '{clock.channel}' has no sample",
@@ -158,8 +158,8 @@ def _merged(plan: Plan, moves: dict[TimeBase, Moved], advance: Advance) -> Itera
     mine = [s for s in plan.signals if s.clock == plan.clock]
     followers = [_Follower(plan, clock, moved, advance) for clock, moved in moves.items()]
     for block, index in blocks_of(plan, plan.clock, mine, plan.labels, Notes(), advance):
-        time = time_of(plan.clock, block, index)
-        signals = {"time_s": time, **{s.target: value_of(s, block) for s in mine}}
+        time = plan.clock.times(block.columns, len(block), index)
+        signals = {"time_s": time, **{s.target: s.values(block.columns) for s in mine}}
         for follower in followers:
             signals.update(follower.at(time))
         yield Chunk(signals, {k: label_of(block.columns[c], len(block), 0) for k, c in plan.labels.items()})
@@ -206,7 +206,7 @@ class _Follower:
     def _read(self) -> bool:
         """Hold the next block behind the last sample of this one; False at the end of the file."""
         for block, index in self.blocks:
-            time = time_of(self.clock, block, index)
+            time = self.clock.times(block.columns, len(block), index)
             keep, self.top = advancing(time, self.top)
             if not keep.any():
                 continue
@@ -214,7 +214,7 @@ class _Follower:
             # between two blocks a line joins their nearest samples
             self.time = np.concatenate((self.time[-1:], self.moved(time[keep])))
             for s in self.signals:
-                self.values[s.target] = np.concatenate((self.values[s.target][-1:], value_of(s, block)[keep]))
+                self.values[s.target] = np.concatenate((self.values[s.target][-1:], s.values(block.columns)[keep]))
             return True
         return False
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError, nearest
 from sstl_cli.core.units import Linear, conversion, is_unit, unit_of
 from sstl_cli.importers.base import Channel, Layout, detect
-from sstl_cli.importers.finder import Finder, Recording, TimeBase
+from sstl_cli.importers.finder import Finder, Recording, TimeBase, converted
 from sstl_cli.importers.mapping import LABELS, REQUIRED, SIGNAL_DIMENSION, Reference, Source
 from sstl_cli.importers.mapping import Mapping as MappingFile
 from sstl_cli.importers.pattern import starts
@@ -43,6 +43,10 @@ class Signal:
             with np.errstate(over="ignore"):
                 return np.sqrt(sum((v * v for v in values), np.zeros(len(values[0]))))
         return values[0] if len(values) == 1 else values[0] - values[1]
+
+    def values(self, columns: Mapping[str, object]) -> Array:
+        """Return the numbers in the log's unit, shape (n,), of channels of shape (n,)."""
+        return converted(self.recorded(columns), self.convert)
 
 
 @dataclass(frozen=True)

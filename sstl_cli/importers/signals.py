@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from sstl_cli.importers.base import Notes
 from sstl_cli.importers.chunk import Chunk
 from sstl_cli.importers.clocks import ClockReport
-from sstl_cli.importers.columns import Advance, blocks_of, label_of, time_of, value_of
+from sstl_cli.importers.columns import Advance, blocks_of, label_of
 from sstl_cli.importers.gridded import gridded
 from sstl_cli.importers.plan import Plan
 
@@ -32,7 +32,7 @@ def _streamed(plan: Plan, skip: int, notes: Notes, advance: Advance) -> Iterator
         n = len(block)
         if start == n:
             continue
-        signals = {"time_s": time_of(plan.clock, block, index)[start:]}
+        signals = {"time_s": plan.clock.times(block.columns, len(block), index)[start:]}
         for signal in plan.signals:
-            signals[signal.target] = value_of(signal, block)[start:]
+            signals[signal.target] = signal.values(block.columns)[start:]
         yield Chunk(signals, {k: label_of(block.columns[c], n, start) for k, c in plan.labels.items()})
