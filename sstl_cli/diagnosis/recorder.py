@@ -116,7 +116,8 @@ def white_noise(signal: Array, where: Mask | None = None) -> float:
     """Return the RMS of the white noise of a signal (N), from its third differences, which no curve of a movement reaches.
 
     They are taken ``where`` all four samples are set, if there are enough of those. The loudest twentieth, corners and spikes, is
-    left out. A mean, because a median of quantised differences is a step or nothing.
+    left out. A mean, because a median of quantised differences is a step or nothing: evidence is weighed by it, where
+    ``filtering.noise_sd`` sets thresholds. Readings that are not equally spaced, or hold long rests, go by :func:`slow_noise`.
     """
     if len(signal) < SHORTEST_READ:
         return 0.0
@@ -200,7 +201,8 @@ def white_of_fourths(missed: Array) -> float:
 def _spikes(signal: Array, noise: float, known: Mask) -> Mask:
     """Flag samples that leave both neighbours' line by far and come back within two samples.
 
-    They are looked for again without those found: where several are close to one another the largest hide the rest.
+    They are looked for again without those found: where several are close to one another the largest hide the rest. ``check`` flags single
+    samples in one pass against both neighbours: a pair, and one on a fast ramp, which is off the line but not beyond both, are found here alone.
     """
     spike, at = np.zeros(len(signal), bool), np.arange(len(signal))
     while True:

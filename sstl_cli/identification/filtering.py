@@ -20,6 +20,8 @@ NOISE_BANDWIDTH = 0.83
 TWICE, FASTEST = 2.0, 0.02
 # medians at which second differences are cut off
 CUT_OFF = 6.0
+# noises by which a single sample leaves both neighbours to be no movement, and what rounding makes of a span
+SPIKE_NOISES, ROUNDING = 10.0, 1e-9
 # two samples behind each end that are not those of the other
 LEAST_ENDS = 6
 
@@ -129,8 +131,15 @@ def despiked(signal: Array, threshold: float) -> Array:
     return out
 
 
-def bridged(signal: Array, threshold: float) -> Array:
-    """Return :func:`despiked` with such ends of the record set to where their neighbours lead."""
+def bridged(signal: Array, sd: float, span: float) -> Array:
+    """Return :func:`despiked` beyond what noise and any movement do, with such ends of the record set to where their neighbours lead.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        Readings; ``span`` is how far they go, ``sd`` the standard deviation of their white noise.
+    """
+    threshold = SPIKE_NOISES * sd + ROUNDING * span
     out = despiked(signal, threshold)
     for at, near, next_one in ((0, 1, 2), (-1, -2, -3)):
         if ends_off(signal, threshold)[at]:

@@ -45,7 +45,7 @@ def label_phases(
     x, y = _finite(tension_in_n), _finite(tension_out_n)
     dt = filtering.sampling(time_s)
     sd_in, sd_out = filtering.noise_sd(x), filtering.noise_sd(y)
-    x, y = filtering.bridged(x, 10.0 * sd_in + 1e-12), filtering.bridged(y, 10.0 * sd_out + 1e-12)
+    x, y = filtering.bridged(x, sd_in, float(np.ptp(x))), filtering.bridged(y, sd_out, float(np.ptp(y)))
     cutoff = cutoff_hz or filtering.default_cutoff(x, dt, sd_in)
     xf, yf = filtering.low_pass(x, y, cutoff, dt)
     left_in, left_out = filtering.filtered_sd(sd_in, cutoff, dt), filtering.filtered_sd(sd_out, cutoff, dt)

@@ -356,7 +356,7 @@ def _within(flags: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
 
 
 def _spikes(values: Array) -> NDArray[np.bool_]:
-    """Return the single samples that ``segment`` would bridge at a threshold that noise alone does not reach, and such ends.
+    """Return the single samples that ``segment`` would bridge at a lower threshold, which noise alone does not reach, and such ends: to tell, as the diagnosis, which leaves samples out, asks ``recorder``.
 
     A spike returns: a sample to which the line through those on one side leads, or beyond it, is a corner or the last before a step.
     """

@@ -144,8 +144,8 @@ class _Session:
         self.dt = filtering.sampling(self.time)
         x, y = np.ascontiguousarray(run.tension_in_n), np.ascontiguousarray(run.tension_out_n)
         self.sd_in, self.sd_out = filtering.noise_sd(x), filtering.noise_sd(y)
-        self.x = filtering.bridged(x, 10.0 * self.sd_in + 1e-9 * span_in)
-        self.y = filtering.bridged(y, 10.0 * self.sd_out + 1e-9 * span_out)
+        self.x = filtering.bridged(x, self.sd_in, span_in)
+        self.y = filtering.bridged(y, self.sd_out, span_out)
         self.cutoff = options.cutoff_hz or filtering.default_cutoff(self.x, self.dt, self.sd_in)
         if self.cutoff * self.dt >= 0.5:
             raise UsageError(

@@ -76,7 +76,7 @@ def test_what_check_counts_at_the_ends_segment_bridges():
     v[0] += 3.0
     v[-1] -= 3.0
     assert spikes(v) == 2
-    assert (filtering.bridged(v, 0.1) != v)[[0, -1]].all()
+    assert (filtering.bridged(v, 0.01, 0.0) != v)[[0, -1]].all()
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -97,8 +97,8 @@ def test_ends_are_bridged_beyond_the_line_that_leads_to_them_and_any_movement():
     spoilt = line.copy()
     spoilt[0], spoilt[-1] = 3.0, 0.0
     assert filtering.ends_off(spoilt, 0.5) == (True, True) and filtering.ends_off(line, 0.5) == (False, False)
-    assert filtering.bridged(spoilt, 0.5) == pytest.approx(line, abs=0.005)
-    assert filtering.bridged(line, 0.5).tolist() == line.tolist()
+    assert filtering.bridged(spoilt, 0.05, 0.0) == pytest.approx(line, abs=0.005)
+    assert filtering.bridged(line, 0.05, 0.0).tolist() == line.tolist()
     # a movement that begins with a step as fast as twice its usual one is a movement
     early = line.copy()
     early[0] = -0.15

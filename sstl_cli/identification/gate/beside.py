@@ -88,7 +88,7 @@ def _alone(x: Array, y: Array, noise_n: float) -> Cause:
 
 def position_movement(position: Array | None) -> Movement:
     """Return how the position moves, nothing where it was not recorded throughout."""
-    return NO_MOVEMENT if position is None or not np.isfinite(position).all() else movement_of(position)
+    return movement_of(position) if _throughout(position) else NO_MOVEMENT
 
 
 def off_of(column: Array | None, x: Array) -> float:
