@@ -18,10 +18,22 @@ from pathlib import Path
 from page_part import put, table
 
 ROOT = Path(__file__).resolve().parents[1]
+# a comment above a function with the reason why it is long (tests/trust/test_trust_size.py)
+REASON = re.compile(r"^# long: ")
 LONG_FILE, LONG_FUNCTION, MANY_ARGUMENTS = 400, 60, 8
 # words by which something is not typed, and by which a checker is told to look away
 UNTYPED = {f"`dict[str, {kind}]` and `Mapping[str, {kind}]`": re.compile(rf"(?:dict|Mapping)\[str, {kind}\]") for kind in ("Any", "object")}
 IGNORED = re.compile(r"# (?:noqa|type: ignore)")
+
+
+def has_reason(function: ast.FunctionDef, lines: list[str]) -> bool:
+    """Tell whether the comments right above a function say why it is long."""
+    above = min(function.lineno, *(d.lineno for d in function.decorator_list), function.lineno) - 2
+    while above >= 0 and lines[above].lstrip().startswith("#"):
+        if REASON.match(lines[above].lstrip()):
+            return True
+        above -= 1
+    return False
 
 
 def counted(root: Path) -> Counter[str]:
@@ -39,7 +51,9 @@ def counted(root: Path) -> Counter[str]:
         found["`noqa` and `type: ignore`"] += len(IGNORED.findall(text))
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.FunctionDef):
-                found[f"functions of more than {LONG_FUNCTION} lines"] += (node.end_lineno or node.lineno) - node.lineno + 1 > LONG_FUNCTION
+                long = (node.end_lineno or node.lineno) - node.lineno + 1 > LONG_FUNCTION
+                found[f"functions of more than {LONG_FUNCTION} lines, with their docstrings"] += long
+                found["of these without a reason beside them"] += long and not has_reason(node, text.splitlines())
                 arguments = len(node.args.posonlyargs) + len(node.args.args) + len(node.args.kwonlyargs)
                 found[f"functions of more than {MANY_ARGUMENTS} arguments"] += arguments > MANY_ARGUMENTS
     for path in (root / "tests").rglob("*.py"):

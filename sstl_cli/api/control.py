@@ -33,6 +33,7 @@ __all__ = ["Biases", "Controller", "ControllerOptions", "compensate", "controlle
 References = Sequence[str | PathLike[str]] | Named[str, pd.DataFrame]
 
 
+# long: one parameter for each option of the command, each told; the body fits a screen
 def compensate(
     theta: pd.DataFrame | Scenario | str | PathLike[str],
     mapping: Mapping | None = None,

@@ -162,6 +162,7 @@ class Diagnosis:
         return f'<p>{html.escape(self.sentence)}</p>{table}<img alt="{alt}" src="data:image/png;base64,{picture}">'
 
 
+# long: one parameter for each option of the command, each told; the body fits a screen
 def diagnose(
     log: Log,
     sim: str | PathLike[str] | Scenario | None = None,

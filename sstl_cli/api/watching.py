@@ -20,6 +20,7 @@ from sstl_cli.steps.watch_sources import source_of
 __all__ = ["AlarmDocument", "LoopDocument", "WatchDocument", "watch"]
 
 
+# long: one parameter for each option of the command, each told; the body fits a screen
 def watch(
     *logs: str | PathLike[str],
     model: Mapping | None = None,

@@ -157,7 +157,6 @@ def conversion(
     dimension, factor = unit_of(unit, where)
     if gain is not None and dimension in ("voltage", "count"):
         return Linear(sign * gain * (factor if dimension == "voltage" else 1.0), offset)
-    base = BASE.get(target, target)
     if gain is not None:
         fix = f"leave the gain out; for a correction factor on {unit} write scale = {gain:g}"
         raise SstlError(f"a gain belongs to V or counts, not to {unit}", where=where, fix=fix, code="E302")
@@ -173,15 +172,21 @@ def conversion(
             fix = f'write {{ ..., unit = "{unit}", bore_mm = 25 }} with the bore of your cylinder, or area_mm2'
             raise SstlError(f"{unit} needs a piston area to become N", where=where, fix=fix, code="E302")
         return Linear(sign * factor * area_mm2 * 1e-6, offset)
+    raise _no_way(unit, dimension, target, where)
+
+
+def _no_way(unit: str, dimension: str, target: str, where: str) -> SstlError:
+    """Return the error for a unit that no number known of it leads from to the target."""
+    base = BASE.get(target, target)
     if dimension in ("voltage", "count"):
         per = "V" if dimension == "voltage" else "count"
         fix = (
             f'write {{ ..., unit = "{unit}", gain = G, offset = Z }} with G in {base} per {per} from the calibration '
             f"and Z the reading in {unit} at no load"
         )
-        raise SstlError(f"{unit} needs a gain to become {base}", where=where, fix=fix, code="E302")
+        return SstlError(f"{unit} needs a gain to become {base}", where=where, fix=fix, code="E302")
     known = ", ".join(u for u, (d, _) in UNITS.items() if d == target)
     keep = f'; an output that is no {target}: add as = "N"' if target == "force" else ""
     article = "an" if dimension == "angle" else "a"
     fix = f"correct the column, or use one of {known}{keep}"
-    raise SstlError(f"{unit} is {article} {dimension}, not a {target}", where=where, fix=fix, code="E302")
+    return SstlError(f"{unit} is {article} {dimension}, not a {target}", where=where, fix=fix, code="E302")

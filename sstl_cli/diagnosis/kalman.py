@@ -45,6 +45,7 @@ REST = np.zeros(STEEP + 1)
 Known = tuple[tuple[float, float, float, float], Array, Array]
 
 
+# long: one pass over the samples, whose state is what the next sample starts from
 @njit(cache=True, nogil=True, error_model="numpy")
 def gains(
     phases: Array, law: Array, own: Array, white_n: Array, keep: Mask, first: Mask, start: Array, readings: tuple[Array, Array]

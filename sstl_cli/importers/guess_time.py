@@ -85,17 +85,7 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
     anew = "begins anew: an import begins another run there; unwrap it in the file to keep one"
     reasons += [f"'{s.name}' counts to {wraps[s.name][1]} and {anew}" for s in clocks if s.name in wraps]
     if named:
-        # of several the one that tells samples apart; then numbers before times in text; then the sender's own stamp; then the first of the file
-        best = min(
-            named,
-            key=lambda s: (
-                _goes_back(data[s.name]),
-                repeats(data[s.name]) > 0.5,
-                s.stamped,
-                "header" not in s.words,
-                repeats(data[s.name]) > 0,
-            ),
-        )
+        best = min(named, key=lambda s: _worse(s, data[s.name]))
         told = _ms_or_s(data[best.name], names, data, stated)
         if (parts := in_parts(best, names, data)) is not None:
             return _of_parts(best, parts, reasons)
@@ -119,6 +109,11 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
     reasons.append(f"no channel with numbers runs forward like time{hint}: give the sampling rate")
     # a number that is not in the file would be taken once the mark is deleted
     return TimeGuess(f"time_s = {{ rate_hz = 0 }}{MARK}no clock found{hint}: which rate?", None, tuple(reasons))
+
+
+def _worse(clock: Said, values: Array) -> tuple[bool, ...]:
+    """Return what ranks clocks: the one that tells samples apart; then numbers before times in text; then the sender's own stamp."""
+    return _goes_back(values), repeats(values) > 0.5, clock.stamped, "header" not in clock.words, repeats(values) > 0
 
 
 def _by_rate(stated: Stated, reasons: list[str]) -> TimeGuess:
