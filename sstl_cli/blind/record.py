@@ -206,7 +206,7 @@ class Source:
             moved = [self._moved(lab, p, i) for i, p in enumerate(still)]
             added2 = gap_n(moved, self.bench.theta)[0] ** 2 - gap_n(still, self.bench.theta)[0] ** 2
             share = min(1.0, DAY_SHARE * self.noise_n / float(np.sqrt(max(added2, 1e-18))))
-            lab = replace(lab, day_zero_n=tuple(tuple(share * z for z in day) for day in lab.day_zero_n))  # type: ignore[misc]
+            lab = replace(lab, day_zero_n=tuple((share * a, share * b, share * c, share * d) for a, b, c, d in lab.day_zero_n))
         return replace(self, bench=replace(self.bench, lab=lab))
 
     def _moved(self, lab: Recording, pair: Pair, order: int) -> Pair:

@@ -200,7 +200,7 @@ def _vectors(path: Path) -> Vectors:
     """Return every vector of the file by name: number arrays, and lists of texts."""
     size = path.stat().st_size
     raw = np.memmap(path, np.uint8, "r")
-    data = memoryview(raw)  # type: ignore[arg-type]
+    data = raw.data
     order = "<" if bytes(data[126:128]) == b"IM" else ">"
     walk = _Walk(order, path)
     out: Vectors = {}
@@ -261,7 +261,7 @@ def _inflate(body: memoryview, size: int, spent: int, order: str, path: Path) ->
             return memoryview(spool.read())
         spool.flush()
         # the mapping keeps the file's bytes after its name and handle are gone
-        return memoryview(np.memmap(spool, np.uint8, "r"))  # type: ignore[arg-type]
+        return np.memmap(spool, np.uint8, "r").data
 
 
 def _flatten(name: str, value: Any, out: Vectors) -> None:

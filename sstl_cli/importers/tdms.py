@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -115,9 +115,9 @@ def _check_lead_ins(path: Path) -> None:
                 raise SstlError("ends inside a segment", where=str(path), fix="record or copy it again", code="E310")
             if lead[:4] != b"TDSm":
                 raise SstlError(f"has no segment at byte {at}", where=str(path), fix="record or copy it again", code="E310")
-            order = "big" if int.from_bytes(lead[4:8], "little") & 64 else "little"
-            length = int.from_bytes(lead[12:20], order)  # type: ignore[arg-type]
-            raw = int.from_bytes(lead[20:28], order)  # type: ignore[arg-type]
+            order: Literal["big", "little"] = "big" if int.from_bytes(lead[4:8], "little") & 64 else "little"
+            length = int.from_bytes(lead[12:20], order)
+            raw = int.from_bytes(lead[20:28], order)
             if length == 0xFFFFFFFFFFFFFFFF:
                 raise SstlError(
                     "was not closed by the recorder (open last segment)", where=str(path), fix="let the recorder finish", code="E310"

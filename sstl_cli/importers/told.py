@@ -39,7 +39,8 @@ def told(channels: Sequence[str], texts: Mapping[str, Sequence[str]]) -> dict[st
         head, _, field = name.rpartition(".")
         found = ("", "")
         if column := _COLUMN.fullmatch(name):
-            found = tuple(of[column[1]][int(column[2]) - 1] if column[1] in of else "" for of in (names, units))  # type: ignore[assignment]
+            matrix, at = column[1], int(column[2]) - 1
+            found = (names[matrix][at] if matrix in names else "", units[matrix][at] if matrix in units else "")
         elif field.lower() in READINGS and head:
             found = (_first(alone, head, LABELS), _first(alone, head, UNITS))
         if any(found):

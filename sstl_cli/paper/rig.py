@@ -101,10 +101,8 @@ def identified(run: Run) -> Segmentation:
 
 def lines_of(found: Segmentation) -> Theta | None:
     """Return the identified lines, or None where a value is null or they are no hysteresis loop."""
-    values = list(found.theta.values())
-    if any(v is None for v in values) or values[0] >= values[2]:  # type: ignore[operator]
-        return None
-    return Theta(*values)  # type: ignore[arg-type]
+    values = [v for v in found.theta.values() if v is not None]
+    return Theta(*values) if len(values) == len(found.theta) and values[0] < values[2] else None
 
 
 def known(lines: Theta | None) -> Theta:

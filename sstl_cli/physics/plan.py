@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypedDict
 
 import numpy as np
 
@@ -91,18 +92,30 @@ def neighbour_tension(scenario: Scenario, p: Plan, seed: int) -> np.ndarray | No
     return total
 
 
-def labels(p: Plan) -> dict[str, object]:
+class Labels(TypedDict):
+    """What a run is called in the log."""
+
+    run_id: str
+    config_id: str | None
+    system: str
+    location: str | None
+    lead_mm: float | None
+    trajectory: str | None
+    tendon: str | None
+
+
+def labels(p: Plan) -> Labels:
     """Return the labels that a planned run carries in the log."""
-    c = p.configuration
-    return {
-        "run_id": p.run_id,
-        "config_id": c.id,
-        "system": p.system,
-        "location": c.location,
-        "lead_mm": c.lead_mm,
-        "trajectory": p.trajectory.name,
-        **({"tendon": p.tendon.id} if p.tendon is not None else {}),
-    }
+    c, tendon = p.configuration, None if p.tendon is None else p.tendon.id
+    return Labels(
+        run_id=p.run_id,
+        config_id=c.id,
+        system=p.system,
+        location=c.location,
+        lead_mm=c.lead_mm,
+        trajectory=p.trajectory.name,
+        tendon=tendon,
+    )
 
 
 def _lines(c: Configuration, system: str) -> Lines:

@@ -102,7 +102,8 @@ def draw(rng: np.random.Generator) -> Recording:
     zeros = [(0.0, 0.0, 0.0, 0.0)]
     if odds(0.2):
         size = log_uniform(rng, 0.01, 0.15)
-        zeros += [tuple(float(z) for z in size * rng.standard_normal(4)) for _ in range(int(rng.integers(1, 4)))]  # type: ignore[misc]
+        drawn = [(size * rng.standard_normal(4)).tolist() for _ in range(int(rng.integers(1, 4)))]
+        zeros += [(a, b, c, d) for a, b, c, d in drawn]
     return Recording(
         rate_hz=rate,
         refresh_hz=refresh,

@@ -137,5 +137,5 @@ def _record(scenario: Scenario, p: Plan, active: Active, seed: int) -> Run:
         tension_out_n=seen_out,
         position_in_mm=position if p.trajectory.record_position else None,
         tension_ref_n=command if p.trajectory.record_reference else None,
-        **labels(p),  # type: ignore[arg-type]
+        **labels(p),
     )

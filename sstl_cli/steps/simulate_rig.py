@@ -62,7 +62,7 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
         tension_out_n=result.tension_out_n,
         position_in_mm=result.position_in_mm if p.trajectory.record_position else None,
         tension_ref_n=command if p.trajectory.record_reference else None,
-        **labels(p),  # type: ignore[arg-type]
+        **labels(p),
     )
 
 

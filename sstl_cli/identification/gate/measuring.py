@@ -172,8 +172,8 @@ def _slopes(found: Segmentation) -> Slopes:
     """Return the lines of a run with the standard errors of their slopes, NaN where one was not found."""
     th, se = found.theta, found.theta_se
     return Slopes(
-        *(math.nan if th[n] is None else float(th[n]) for n in ("gamma_p", "beta_p", "gamma_r", "beta_r")),  # type: ignore[arg-type]
-        *(math.nan if se[n] is None else float(se[n]) for n in ("gamma_p", "gamma_r")),  # type: ignore[arg-type]
+        *(math.nan if (v := th[n]) is None else float(v) for n in ("gamma_p", "beta_p", "gamma_r", "beta_r")),
+        *(math.nan if (v := se[n]) is None else float(v) for n in ("gamma_p", "gamma_r")),
     )
 
 

@@ -16,6 +16,10 @@ RULE, RANK = "magnitude", 12
 STRONG_N, IMPOSSIBLE_N = 700.0, 2000.0
 # the finest tendons known, in catheters for eye and vessel, are pulled with tenths of a newton
 WEAK_N, NOTHING_N = 0.1, 0.05
+# what is told of a run beyond each (1 above, -1 below), the worst first
+LIMITS: tuple[tuple[float, int, Severity], ...] = (
+    (IMPOSSIBLE_N, 1, "failure"), (STRONG_N, 1, "remark"), (NOTHING_N, -1, "failure"), (WEAK_N, -1, "remark"),
+)  # fmt: skip
 # a tension that is plainly one (N), and how many times it the other channel must read
 FEW_N, APART = 2.0, 20.0
 # part of the samples that may be no tensions among tensions
@@ -32,11 +36,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     loops = [e for e in log if e.tendon_like and not e.correlation < 0.2]
     for e in loops if 2 * len(loops) < len(log) else [e for e in log if e.tendon_like]:
         largest = max(r.largest for r in e.ranges)
-        for limit, beyond, severity in (
-            (IMPOSSIBLE_N, 1, "failure"), (STRONG_N, 1, "remark"), (NOTHING_N, -1, "failure"), (WEAK_N, -1, "remark"),
-        ):  # fmt: skip
+        for limit, beyond, severity in LIMITS:
             if beyond * (largest - limit) > 0:
-                groups.setdefault((severity, "large" if beyond > 0 else "small"), []).append(e)  # type: ignore[arg-type]
+                groups.setdefault((severity, "large" if beyond > 0 else "small"), []).append(e)
                 break
     for (severity, kind), hit in groups.items():
         largest = (max if kind == "large" else min)(max(r.largest for r in e.ranges) for e in hit)
