@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -21,6 +22,13 @@ for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHU
         signal.signal(number, usual)
 
 
+def pytest_collection_finish() -> None:
+    """What is loaded by then stays to the end: the collector need not look through a million objects again and again."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 50)
+
+
 # how fast a busy machine draws inputs is no fault of what is tested
 settings.register_profile("suite", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("suite")
@@ -34,6 +42,22 @@ def measured_once() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(gate, "evidence_of", known_runs.evidence_of)
+        yield
+
+
+# parts whose tests ask the same of the same recording, of the program and from Python, and change nothing of how it is found
+DIAGNOSED_ONCE = ("api", "cli", "docs", "reporting")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def diagnosed_once(request: pytest.FixtureRequest) -> Iterator[None]:
+    """In some parts a diagnosis of the same runs is gathered once."""
+    with pytest.MonkeyPatch.context() as patch:
+        if request.path.parent.name in DIAGNOSED_ONCE:
+            from sstl_cli.diagnosis import gathering
+            from tests import known_diagnoses
+
+            patch.setattr(gathering, "gather", known_diagnoses.gather)
         yield
 
 

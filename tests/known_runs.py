@@ -19,16 +19,17 @@ measure = gate.evidence_of
 
 def evidence_of(run: Run) -> gate.Evidence:
     """Return what ``gate.evidence_of`` does, which hangs on nothing but the run: samples, labels and units."""
-    key = _key(run)
-    if key not in _found:
-        _found[key] = measure(run)
+    this = key(run)
+    if this not in _found:
+        _found[this] = measure(run)
         if len(_found) > MOST:
             _found.popitem(last=False)
-    _found.move_to_end(key)
-    return _found[key]
+    _found.move_to_end(this)
+    return _found[this]
 
 
-def _key(run: Run) -> bytes:
+def key(run: Run) -> bytes:
+    """Return what tells a run from any other: its samples, labels and units."""
     seen = hashlib.blake2b(type(run).__name__.encode())
     values = {f.name: getattr(run, f.name) for f in fields(run) if f.name != "extra"}
     for name, value in (*values.items(), *(run.extra or {}).items()):
