@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from itertools import combinations
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -111,9 +110,11 @@ def _columns(group: list[Evidence], moving: bool) -> Iterator[Remark]:
     error = {name: v for key in sensed for name, v in friction_errors([e for e in group if (e.system, e.tendon) == key]).items()}
     suspects: dict[str, Evidence] = {}
     worst, against = 0.0, ("", "")
-    for first, second in combinations(sorted({k for k, _ in cells}), 2):
+    level = {at: _log(runs) for at, runs in cells.items()}
+    errors_at = {at: max(error[e.run_id] / e.slopes.friction for e in runs) for at, runs in cells.items()}
+    for first, second in _turned(sorted({k for k, _ in cells}), columns, level, errors_at, turned):
         both = [c for c in columns if (first, c) in cells and (second, c) in cells]
-        steps = [_log(cells[second, c]) - _log(cells[first, c]) for c in both]
+        steps = [level[second, c] - level[first, c] for c in both]
         errors = [max(error[e.run_id] / e.slopes.friction for k in (first, second) for e in cells[k, c]) for c in both]
         rising = [c for c, d, s in zip(both, steps, errors, strict=True) if d > max(turned, ERRORS * s)]
         falling = [c for c, d, s in zip(both, steps, errors, strict=True) if d < -max(turned, ERRORS * s)]
@@ -134,6 +135,27 @@ def _columns(group: list[Evidence], moving: bool) -> Iterator[Remark]:
         f"rest ({100 * worst:.0f} % apart); the files or configuration labels of {which} runs are probably shuffled",
         "file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id",
     )  # fmt: skip
+
+
+def _turned(
+    bends: list[str],
+    columns: list[Column],
+    level: Mapping[tuple[str, Column], float],
+    error: Mapping[tuple[str, Column], float],
+    least: float,
+) -> Iterator[tuple[str, str]]:
+    """Yield the pairs of configurations that are worth a look: one seems to rub more in one column, and the other in another.
+
+    Of a thousand configurations half a million pairs are compared, a row of them at once. ``error`` is that of each cell.
+    """
+    friction = np.array([[level.get((k, c), math.nan) for c in columns] for k in bends])
+    # an error that is not known asks for a closer look
+    sure = np.nan_to_num(np.array([[error.get((k, c), 0.0) for c in columns] for k in bends]), posinf=0.0)
+    for i in range(len(bends) - 1):
+        step = friction[i + 1 :] - friction[i]
+        far = np.maximum(least, ERRORS * np.maximum(sure[i + 1 :], sure[i]))
+        doubt = np.any(step > far, axis=1) & np.any(step < -far, axis=1)
+        yield from ((bends[i], bends[i + 1 + j]) for j in np.flatnonzero(doubt).tolist())
 
 
 def _cells(known: list[Evidence]) -> Iterator[Remark]:

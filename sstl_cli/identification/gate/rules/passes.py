@@ -164,6 +164,8 @@ def _error(e: Evidence) -> float:
 
 def _two_kinds(bend: list[Evidence], log: Sequence[Evidence]) -> Kinds | None:
     """Return the runs of a bend with one label that rub as one pass and as two, None where they are of one kind."""
+    if len(bend) < 2:
+        return None
     wide = sorted(_wide(bend, log), key=lambda e: e.wrap)
     logs = np.log([e.wrap for e in wide])
     if len(wide) < 2 or len({(e.system, e.tendon) for e in wide}) > 1 or wide[-1].wrap < LEAST:
@@ -185,7 +187,10 @@ def _wide(runs: list[Evidence], log: Sequence[Evidence]) -> list[Evidence]:
 def _alone(known: list[Evidence], log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield what the size alone says, where no bend shows the slopes of both systems."""
     # a second pass that swallows the motion has no slopes, but tells that the first one is single
-    single = [e for e in known if e.system == "act" and not any(_swallows(o, e) for o in log)]
+    beside: dict[object, list[Evidence]] = {}
+    for o in log:
+        beside.setdefault((o.config_id, o.location), []).append(o)
+    single = [e for e in known if e.system == "act" and not any(_swallows(o, e) for o in beside[e.config_id, e.location])]
     every = all(e.wrap > 0.0 for e in _wide(list(log), log) if e.system == "act")
     if every and _middle(single, "act") > DOUBLE:
         yield from _told([e for e in single if e.wrap > BETWEEN], "remark", "by its size, if this is no bend of more than usual")
@@ -198,10 +203,9 @@ def _alone(known: list[Evidence], log: Sequence[Evidence]) -> Iterator[Remark]:
 
 
 def _swallows(loop: Evidence, e: Evidence) -> bool:
-    """Whether a run of the other system on the same bend passes on less of what it is driven by."""
-    same = e.config_id is not None and (loop.config_id, loop.location) == (e.config_id, e.location)
+    """Whether a run of the other system on the same bend, if it has a name, passes on less of what it is driven by."""
     passed = [o.ranges[1].span / max(o.ranges[0].span, 1e-300) for o in (loop, e)]
-    return same and loop.usable and loop.system == "sstl" and passed[0] < passed[1]
+    return e.config_id is not None and loop.usable and loop.system == "sstl" and passed[0] < passed[1]
 
 
 def _shuffled(wrong: list[Evidence], pairs: list[list[Evidence]]) -> bool:

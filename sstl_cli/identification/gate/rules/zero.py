@@ -248,9 +248,10 @@ def _like(e: Evidence, i: int, size: float) -> bool:
 
 def _told(log: Sequence[Evidence], held: set[tuple[str, int]], beside: set[tuple[str, int]]) -> Iterator[Remark]:
     """Yield runs that hold a zero, with those ``beside`` them that hold it less clearly: the size is that of the clear ones."""
+    every = held | beside
     for i in (0, 1):
         sizes = sorted(_zero(e, i).size for e in log if (e.run_id, i) in held)
-        hit = [e for e in log if (e.run_id, i) in held | beside]
+        hit = [e for e in log if (e.run_id, i) in every]
         if sizes:
             size = sizes[len(sizes) // 2]
             yield Remark(
