@@ -14,7 +14,7 @@ from identification_slips import CAUSES
 
 from sstl_cli.core.runs import Run, read_runs
 from sstl_cli.identification import gate
-from sstl_cli.identification.gate.fingerprints import NO_KEYS, NO_SKETCH
+from sstl_cli.identification.gate.fingerprints import NO_PRINTS, NO_SKETCH
 
 SAMPLE = Path(__file__).resolve().parents[2] / "data" / "samples" / "log.parquet"
 
@@ -301,7 +301,7 @@ class Passes(list):
 def test_the_work_of_a_rule_does_not_grow_with_the_square_of_the_runs(name):
     few = [gate.evidence_of(r) for r in (SLIPS[name]() if name in SLIPS else sample())]
     # the same few again and again, which are no copies to any rule
-    many = [replace(few[i % len(few)], run_id=f"r{i}", keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH) for i in range(300)]
+    many = [replace(few[i % len(few)], run_id=f"r{i}", prints=NO_PRINTS, output_prints=NO_PRINTS, sketch=NO_SKETCH) for i in range(300)]
     for rule in gate.catalogue():
         log = Passes(many)
         tracemalloc.start()

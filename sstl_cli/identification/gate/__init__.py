@@ -19,15 +19,21 @@ from sstl_cli.core.aside import LISTED
 from sstl_cli.core.runs import Run
 from sstl_cli.identification.gate import rules
 from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.fingerprints import ALL, LEFT
 from sstl_cli.identification.gate.measuring import MIN_SAMPLES, evidence_of
 from sstl_cli.identification.gate.remark import UNNAMED, Remark
 from sstl_cli.identification.gate.sensors import Sensor, sensor_of, sensors_of
 
 __all__ = ["Evidence", "Remark", "Rule", "Sensor", "Witnesses", "catalogue", "evidence_of", "judge", "remarks", "sensor_of", "sensors_of"]
 
+# fingerprints of all runs that are kept whole, so many of a run beyond: their memory would grow with the samples
+MOST_PRINTS, PRINTS_EACH = 2**21, 4 * LEFT
+
 
 class Witnesses:
     """The evidence of runs, taken one by one.
+
+    Fingerprints are most of it. All runs of a log that has more than MOST_PRINTS of them keep the same random part.
 
     Of a run that is too short to be measured nothing but labels is judged, and evidence takes kilobytes: of such runs the first LISTED
     are kept, the others counted in ``short``.
@@ -37,6 +43,8 @@ class Witnesses:
         self.log: list[Evidence] = []
         self.short = 0
         self._kept = 0
+        self._prints = 0
+        self._below = ALL
 
     def add(self, run: Run, called: str = "") -> Evidence | None:
         """Take a run, perhaps ``called`` something else than its name; return what is known of it, None where it only counts."""
@@ -48,8 +56,18 @@ class Witnesses:
         found = evidence_of(run)
         if called:
             found = replace(found, run_id=called)
-        self.log.append(found)
+        self.log.append(self._thinned(found))
+        self._prints += len(self.log[-1].prints) + len(self.log[-1].output_prints)
+        while self._prints > max(MOST_PRINTS, PRINTS_EACH * len(self.log)):
+            self._below //= 2
+            self.log = [self._thinned(e) for e in self.log]
+            self._prints = sum(len(e.prints) + len(e.output_prints) for e in self.log)
         return found
+
+    def _thinned(self, e: Evidence) -> Evidence:
+        if self._below == ALL:
+            return e
+        return replace(e, prints=e.prints.thinned(self._below), output_prints=e.output_prints.thinned(self._below))
 
 
 class Rule(Protocol):

@@ -12,7 +12,7 @@ from sstl_cli.identification.gate.clock_rate import ClockRate
 from sstl_cli.identification.gate.curves import Curve
 from sstl_cli.identification.gate.dropouts import Dropouts
 from sstl_cli.identification.gate.filled import Filled
-from sstl_cli.identification.gate.fingerprints import Again, Keys, Sketch
+from sstl_cli.identification.gate.fingerprints import Again, Prints, Sketch
 from sstl_cli.identification.gate.hum import Hum
 from sstl_cli.identification.gate.lost import Lost
 from sstl_cli.identification.gate.mixing import Mixed
@@ -80,7 +80,7 @@ class Evidence:
     ``disorder`` tells how the rows were put in another order, ``dropouts`` are readings of one level that replace missing ones (input, output),
     ``roughness`` are the steps from one sample to the next over those between samples in any order, ``raw_correlation`` is that of all samples,
     ``hums`` are lines of one frequency, ``lost`` are stretches of nothing but noise (input, output). ``seam`` is the largest jump that both channels make together (shares of their spans), ``seam_alone`` whether nothing else in the run is like it, ``noise_ratio`` the noise of
-    the second half over that of the first. ``keys`` are fingerprints of short stretches of both channels, ``output_keys`` of the output where its noise shows, ``sketch`` is the noise of both channels, which survives a
+    the second half over that of the first. ``prints`` are fingerprints of short stretches of both channels, ``output_prints`` of the output where its noise shows, ``sketch`` is the noise of both channels, which survives a
     change of unit and a rounding, ``again`` what of a run comes in it twice.
     """
 
@@ -148,8 +148,8 @@ class Evidence:
     reference_lag: tuple[float, float]
     movement: Movement
     copies: tuple[tuple[str, str], ...]
-    keys: Keys
-    output_keys: Keys
+    prints: Prints
+    output_prints: Prints
     sketch: Sketch
     again: Again
 

@@ -15,11 +15,43 @@ from sstl_cli.identification.gate.periodic import without_lines
 Array = NDArray[np.float64]
 Keys = NDArray[np.uint64]
 NO_KEYS = np.empty(0, np.uint64)
+# all keys are below
+ALL = 2**64
+# a run of a log with many keeps at least so many
+LEFT = 256
 FINGERPRINTS, WINDOW, LONG, FEW = 32_768, 16, 256, 64
 # second differences kept, the fewest that count, and correlation of neighbours in noise
 DRAWN, LEAST_DRAWN, TURNS = 1024, 64, -0.5
 # part of the largest value below which they are rounding of single precision, which two runs of one movement share
 ROUNDING = 3e-7
+
+
+@dataclass(frozen=True)
+class Prints:
+    """Fingerprints of a run in ascending order: all that are less than ``below``, which are a random part of them."""
+
+    keys: Keys
+    below: int = ALL
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    def less(self, below: int) -> int:
+        """Return how many are less than a number."""
+        return len(self) if below >= self.below else int(np.searchsorted(self.keys, np.uint64(below)))
+
+    def thinned(self, below: int) -> Prints:
+        """Return those that are less than a number, or more where LEFT would not be left."""
+        if below >= self.below or len(self) <= LEFT:
+            return self
+        count = self.less(below)
+        if count < LEFT:
+            count, below = LEFT, int(self.keys[LEFT])
+        # a copy: the others are not kept
+        return Prints(self.keys[:count].copy(), below)
+
+
+NO_PRINTS = Prints(NO_KEYS)
 
 
 @dataclass(frozen=True)
@@ -39,11 +71,11 @@ def copies_of(columns: Mapping[str, Array]) -> tuple[tuple[str, str], ...]:
     return tuple((a, b) for a, b in combinations(moving, 2) if np.array_equal(columns[a], columns[b]))
 
 
-def keys_of(x: Array, y: Array) -> Keys:
+def prints_of(x: Array, y: Array) -> Prints:
     """Return fingerprints of stretches of 16 samples, of 256 where sensors are slow; where little changes there is nothing to recognise."""
     a, b = (np.ascontiguousarray(v[: FINGERPRINTS + LONG], np.float64) for v in (x, y))
     found = _keys(a, b, WINDOW)
-    return found if len(found) >= FEW else _keys(a, b, LONG)
+    return Prints(found if len(found) >= FEW else _keys(a, b, LONG))
 
 
 def again_of(x: Array, y: Array) -> Again:

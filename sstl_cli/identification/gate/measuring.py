@@ -32,7 +32,7 @@ from sstl_cli.identification.gate.dropouts import dropouts_of
 from sstl_cli.identification.gate.evidence import NO_RANGE, Evidence, Range
 from sstl_cli.identification.gate.fading import fading_of
 from sstl_cli.identification.gate.filled import NOT_FILLED, filled_of, held_while
-from sstl_cli.identification.gate.fingerprints import NEVER, NO_KEYS, NO_SKETCH, again_of, copies_of, keys_of, sketch_of
+from sstl_cli.identification.gate.fingerprints import NEVER, NO_PRINTS, NO_SKETCH, again_of, copies_of, prints_of, sketch_of
 from sstl_cli.identification.gate.hum import hum_of
 from sstl_cli.identification.gate.jumps import channel_of
 from sstl_cli.identification.gate.lost import lost_of
@@ -74,7 +74,7 @@ def evidence_of(run: Run) -> Evidence:
         correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, both_ways=(0.0, 0.0), extremes=((math.nan, math.nan), (math.nan, math.nan)), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, clock_rate=None, ahead=None, mixed=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
         seam=(0.0, 0.0), seam_at_s=math.nan, seam_alone=False, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
-        position_span_mm=math.nan, position_follows=math.nan, position_movement=NO_MOVEMENT, position_wrap_mm=math.nan, position_rest=None, instead=(UNKNOWN, UNKNOWN), off=(math.nan, math.nan), reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), keys=NO_KEYS, output_keys=NO_KEYS, sketch=NO_SKETCH, again=NEVER,
+        position_span_mm=math.nan, position_follows=math.nan, position_movement=NO_MOVEMENT, position_wrap_mm=math.nan, position_rest=None, instead=(UNKNOWN, UNKNOWN), off=(math.nan, math.nan), reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), prints=NO_PRINTS, output_prints=NO_PRINTS, sketch=NO_SKETCH, again=NEVER,
     )  # fmt: skip
     if len(run) < MIN_SAMPLES:
         return unknown
@@ -213,8 +213,8 @@ def _of_readings(e: Evidence, run: Run) -> Evidence:
         noise_ratio=(noises(0), noises(1)),
         filled=filled,
         held_while=(held_while(raw[0], raw[1], sensors), held_while(raw[1], raw[0], sensors[::-1])),
-        keys=keys_of(*raw),
-        output_keys=keys_of(raw[1], raw[1]) if sensors[1].fine else NO_KEYS,
+        prints=prints_of(*raw),
+        output_prints=prints_of(raw[1], raw[1]) if sensors[1].fine else NO_PRINTS,
         sketch=sketch_of(*raw, (sensors[0].stride, sensors[1].stride), (sensors[0].fine, sensors[1].fine)),
         # without noise a movement that repeats comes again by itself
         again=again_of(*raw) if any(s.fine and not s.computed for s in sensors) else NEVER,

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
-from sstl_cli.identification.gate.fingerprints import NO_KEYS, Keys, Sketch, words_of
+from sstl_cli.identification.gate.fingerprints import NO_PRINTS, Keys, Prints, Sketch, words_of
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.joined import jumps
 
@@ -19,11 +19,13 @@ SHARE, LEAST = 0.5, 16
 ALIKE, LEAST_WORDS = 0.7, 3
 # a stretch as long as this at the least belongs to another recording where a run jumps
 PART = 0.9
+# keys of all runs that are sorted together
+AT_ONCE = 262_144
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs that repeat an earlier one."""
-    exact = _exact([e.keys for e in log])
+    exact = _exact([e.prints for e in log])
     noise = _noise([e.sketch for e in log])
     seen: set[int] = set()
     for (a, b), share in sorted({**noise, **exact}.items()):
@@ -61,7 +63,7 @@ def _attached(log: Sequence[Evidence], copies: set[tuple[int, int]]) -> Iterator
     """Yield pairs of runs that share their output and not their input: one input may have two outputs, but no output two inputs."""
     seen: set[int] = set()
     # a dead sensor holds no recording
-    for (a, b), share in sorted(_exact([NO_KEYS if e.but_noise(1) else e.output_keys for e in log]).items()):
+    for (a, b), share in sorted(_exact([NO_PRINTS if e.but_noise(1) else e.output_prints for e in log]).items()):
         if (a, b) in copies or b in seen or share < PART:
             continue
         seen.add(b)
@@ -74,11 +76,14 @@ def _attached(log: Sequence[Evidence], copies: set[tuple[int, int]]) -> Iterator
         )  # fmt: skip
 
 
-def _exact(keys: list[Keys]) -> dict[tuple[int, int], float]:
+def _exact(prints: list[Prints]) -> dict[tuple[int, int], float]:
     """Return pairs of runs that share samples, with the share of the smaller one."""
     shares = {}
-    for (a, b), count in _shared(keys, (1, 2)).items():
-        share = count / max(1, min(len(keys[a]), len(keys[b])))
+    for (a, b), count in _shared([p.keys for p in prints], (1, 2)).items():
+        first, second = prints[a], prints[b]
+        # where one run has kept a part of its own, only that part can be shared
+        below = min(first.below, second.below)
+        share = count / max(1, min(first.less(below), second.less(below)))
         if count >= LEAST and share > SHARE:
             shares[a, b] = share
     return shares
@@ -100,10 +105,23 @@ def _noise(sketches: list[Sketch]) -> dict[tuple[int, int], float]:
 
 
 def _shared(keys: list[Keys], steps: Sequence[int]) -> Counter[tuple[int, int]]:
-    """Return how many keys pairs of runs share; of many with one key each is compared with the next few."""
+    """Return how many keys (ascending) pairs of runs share; of many with one key each is compared with the next few."""
     found: Counter[tuple[int, int]] = Counter()
-    if len(keys) < 2 or not sum(map(len, keys)):
+    total = sum(map(len, keys))
+    if len(keys) < 2 or not total:
         return found
+    # equal keys lie in one part of their range, so that memory does not grow with the number of runs
+    parts, top = -(-total // AT_ONCE), max(int(k[-1]) for k in keys if len(k)) + 1
+    begin = [0] * len(keys)
+    for part in range(1, parts + 1):
+        end = [len(k) if part == parts else int(np.searchsorted(k, np.uint64(top * part // parts))) for k in keys]
+        found.update(_met([k[i:j] for k, i, j in zip(keys, begin, end, strict=True)], steps))
+        begin = end
+    return found
+
+
+def _met(keys: list[Keys], steps: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """Yield pairs of runs for each key that they share."""
     every = np.concatenate(keys)
     owner = np.repeat(np.arange(len(keys)), [len(k) for k in keys])
     order = np.argsort(every, kind="stable")
@@ -111,5 +129,4 @@ def _shared(keys: list[Keys], steps: Sequence[int]) -> Counter[tuple[int, int]]:
     for step in steps:
         same = np.flatnonzero(every[step:] == every[:-step])
         pairs = np.sort(np.stack((owner[same], owner[same + step])), axis=0).T
-        found.update((a, b) for a, b in pairs.tolist() if a != b)
-    return found
+        yield from ((a, b) for a, b in pairs.tolist() if a != b)
