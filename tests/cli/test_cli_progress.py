@@ -14,6 +14,7 @@ from sstl_cli.cli import _progress
 from sstl_cli.cli._progress import Bar, Pace
 from sstl_cli.cli.diagnose import PACE
 from sstl_cli.cli.render import Screen
+from tests import known_diagnoses
 
 SAMPLE = Path(__file__).parents[2] / "data/samples/log.parquet"
 # when a diagnosis had told which share of its steps, in s; the last is its end
@@ -80,6 +81,8 @@ def test_a_diagnosis_tells_as_many_steps_as_the_bar_has(monkeypatch, capsys):
         yield lambda amount: told.append(amount / total)
 
     monkeypatch.setattr(Screen, "progress", progress)
+    # what another test has asked tells no steps
+    monkeypatch.setattr(known_diagnoses, "_found", {})
     assert run_here(monkeypatch, "diagnose", SAMPLE, "--effects", "pulley_friction,const_friction", "--max-effects", "1") == 0
     assert 0.75 < sum(told) <= 1.0 + 1e-9
 
