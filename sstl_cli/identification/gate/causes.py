@@ -122,6 +122,12 @@ class Causes:
         """Return friction alone, that by speed and that which fades, and with each slip that leaves the order of the samples as it is."""
         return self.friction, self.gain, self.zero_in, self.zero_out, self.moved, self.slow, self.speed, self.creep, self.fading
 
+    def likely(self, apiece: float) -> tuple[Cause, ...]:
+        """Return the slips, friction alone among them, that leave but noise, or at most ``apiece`` times what the best of them leaves beyond it."""
+        known = [c for c in self.slips if math.isfinite(c.rms_n)]
+        least = min((self.left(c.rms_n) for c in known), default=0.0)
+        return tuple(c for c in known if self.noise_alone(c.rms_n) or self.left(c.rms_n) <= apiece * least)
+
     def least_n(self, duration_s: float) -> float:
         """Return what friction leaves of a run with the slip that explains most (N RMS), 0 where nothing was compared."""
         known = [c for c in (*self.slips, self.reversed) if c is not self.moved or not abs(c.size) > MOVED * duration_s]

@@ -54,7 +54,8 @@ def clear_gain(e: Evidence, usual_n: float = 0.0) -> float:
     noise = max(c.noise_n, usual_n)
     if c.friction.rms_n <= MORE * noise:
         return found if abs(found) < SENSORS else math.nan
-    without = min(c.friction.rms_n, c.zero_in.rms_n, c.zero_out.rms_n, c.reversed.rms_n)
+    others = (c.friction, c.zero_in, c.zero_out, c.reversed, c.fading)
+    without = min(v.rms_n for v in others if math.isfinite(v.rms_n))
     exact = c.gain.rms_n <= MORE * noise and without > FAR * noise
     return c.gain.size if exact and abs(found - c.gain.size) < SAME else math.nan
 
@@ -83,7 +84,8 @@ def clear_alone(log: Sequence[Evidence]) -> dict[str, float]:
     found = {}
     for g, e in known:
         others = [(v, o) for v, o in known if o is not e and (o.system, o.tendon) == (e.system, e.tendon)]
-        if len(others) < BESIDE or max(v for v, _ in others) - min(v for v, _ in others) > SAME:
+        # what friction alone explains needs no gain: its lines are compared with, and accuse nobody
+        if e.causes.enough or len(others) < BESIDE or max(v for v, _ in others) - min(v for v, _ in others) > SAME:
             continue
         # a direction that rubs more moves the gain with the friction
         by = max(STEP + TURNED * abs(e.slopes.friction - o.slopes.friction) for _, o in others)
@@ -109,6 +111,7 @@ def clear_repeats(log: Sequence[Evidence]) -> dict[str, float]:
             and _parted(rest, hit)
             and (_together(rest, hit) or _by_no_friction(rest, hit))
             and max(abs(g) for g, _ in rest) < SAME
+            and not all(e.causes.enough for _, e in hit)
         ):
             found.update({e.run_id: math.exp(g) for g, e in hit})
     return found

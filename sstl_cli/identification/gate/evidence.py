@@ -34,6 +34,8 @@ ABOUT_LEFT, ABOUT = 0.03, 0.2
 APIECE = 2.0
 # what friction that fades may leave of what a bundle of plays leaves for its lines not to be believed
 FADES = 0.3
+# what sound sensors may add to a law: logarithm of their gain, and their zero (N, and as a part of the span)
+SOUND_GAIN, SOUND_ZERO_N, SOUND_ZERO = 0.1625, 2.0, 0.1
 # n theta beyond which no bend goes: more is a gain
 MOST_WRAP = 2.3
 # logarithm of highest over lowest input: twice n theta of a usual bend of one pass
@@ -202,6 +204,26 @@ class Evidence:
         # speed adds from nothing at the turns to all of it in between
         wrap = best.wrap * (1.0 + 0.5 * best.size) if best is c.speed else best.wrap
         return wrap if small and leaves and wrap > 0.0 else math.nan
+
+    @property
+    def wraps(self) -> tuple[float, float]:
+        """Return the least and the largest n theta that laws of friction with sound sensors allow: of all that explain the run about as well as the best of them.
+
+        Lines of presliding are steeper or flatter than those of friction; what they tell is one answer of several. Of a run that friction alone explains it is that, and its lines.
+        """
+        c = self.causes
+        if c.enough or not self.tendon_like:
+            told = [v for v in (self.wrap_about, c.friction.wrap if c.enough else math.nan) if v > 0.0]
+            return (min(told), max(told)) if told else (math.nan, math.nan)
+        zero_n = min(SOUND_ZERO_N, SOUND_ZERO * self.ranges[0].span)
+        sound = [c.friction, c.speed, c.fading]
+        sound += [v for v, most in ((c.gain, SOUND_GAIN), (c.zero_in, zero_n), (c.zero_out, zero_n)) if abs(v.size) < most]
+        sound = [v for v in sound if math.isfinite(v.rms_n) and v.wrap > 0.0]
+        least = min((c.left(v.rms_n) for v in sound), default=0.0)
+        told = [v.wrap for v in sound if c.noise_alone(v.rms_n) or c.left(v.rms_n) <= APIECE * least]
+        # speed adds from nothing at the turns to all of it in between
+        told += [v.wrap * (1.0 + 0.5 * v.size) for v in (c.speed,) if v in sound and v.wrap in told]
+        return (min(told), max(told)) if told else (self.wrap_about, self.wrap_about)
 
     @property
     def both_tensions(self) -> bool:

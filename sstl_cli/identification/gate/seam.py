@@ -16,6 +16,8 @@ AT_ONCE, ANOTHER, MOST = 0.7, 0.5, 2
 STEPS = 0.25
 # part of the input's way that a movement in steps jumps: a sawtooth half, a staircase all; and means over which the way is measured
 JUMPED, BLOCKS = 0.35, 256
+# joints of blocks in another order, part of both spans to which the end of one must be the beginning of another, and part of the way that may be jumps
+LEAST_JOINTS, MOST_JOINTS, MEETS, MOVES = 3, 8, 0.04, 0.6
 # largest steps of a channel looked at
 MOST_JUMPS = 256
 # largest step of a channel anywhere else beyond which a jump is no movement of it, whatever the level
@@ -50,7 +52,7 @@ def seam_of(
     # or of the input alone, where the output rests
     steps = np.flatnonzero(jumps[0] > STEPS * jumps[0][k])
     many = both[k] > 0.0 and max(1 + np.count_nonzero(np.diff(a) > 2) for a in (again, steps)) > MOST
-    many &= float(np.sum(jumps[0])) * spans[0] > JUMPED * _way(few[0])
+    many &= float(np.sum(jumps[0])) * spans[0] > JUMPED * _way(few[0]) and not _reordered(few, spans, both)
     # a ramp between two renewals of the slower channel is no jump of the other one
     gradual = any(
         not _at_once(c, k * stride, stride, s, AT_ONCE * float(j[k]) * span)
@@ -60,6 +62,29 @@ def seam_of(
     if many or gradual:
         return (0.0, 0.0), float(time_s[::stride][k + 1])
     return (float(jumps[0][k]), float(jumps[1][k])), float(time_s[::stride][k + 1])
+
+
+def _reordered(channels: list[Array], spans: tuple[float, float], both: Array) -> bool:
+    """Whether the pieces between the jumps of both channels are those of one movement in another order: each begins where another one ends.
+
+    A movement in steps begins where it ended, too, but hardly moves between its jumps.
+    """
+    at = np.flatnonzero(both > 0.0)
+    # a jump of held channels is seen at a renewal or two
+    joints = [group[int(np.argmax(both[group]))] for group in np.split(at, 1 + np.flatnonzero(np.diff(at) > 2))]
+    if not LEAST_JOINTS <= len(joints) <= MOST_JOINTS:
+        return False
+    ends, begins = (
+        np.array([[median(c[max(0, k + low) : k + high]) / max(s, 1e-300) for c, s in zip(channels, spans, strict=True)] for k in joints])
+        for low, high in ((-2, 1), (1, 4))
+    )
+    off = np.max(np.abs(begins[:, None, :] - ends[None, :, :]), axis=2)
+    # the joint itself is a jump
+    off[np.arange(len(joints)), np.arange(len(joints))] = np.inf
+    nearest = np.argmin(off, axis=1)
+    jumped = float(np.sum(np.abs(begins - ends)[:, 0])) * spans[0]
+    moves = jumped < MOVES * _way(channels[0])
+    return moves and len(set(nearest.tolist())) == len(joints) and bool(np.all(off.min(axis=1) < MEETS))
 
 
 def alone_at(

@@ -32,6 +32,8 @@ EVERY_OTHER, DIFFERS = 0.3, 3.0
 LIKE, SLOW = 0.4, 8
 # steps of the other channel (part of its span) while a sorted one never falls, and part of these that go back
 ZIGZAG, BACK = 0.02, 0.3
+# and the largest of these steps, by which a channel that rests goes over to another branch
+FAR = 0.3
 
 
 def disorder_of(channels: tuple[Array, Array]) -> Disorder:
@@ -60,7 +62,9 @@ def _sorted(v: Array, other: Array) -> bool:
     if not (np.all(step >= 0.0) or np.all(step <= 0.0)) or len(np.unique(v)) < LEAST // 2:
         return False
     back = float(np.mean(its[1:] * its[:-1] < 0.0))
-    return back > BACK and quantile(np.abs(its), 0.75) > ZIGZAG * float(np.ptp(other))
+    span = float(np.ptp(other))
+    # a channel that mostly rests goes from one branch to the other now and then, but by far more than noise does
+    return back > BACK and (quantile(np.abs(its), 0.75) > ZIGZAG * span or quantile(np.abs(its), 0.95) > FAR * span)
 
 
 def _alternates(v: Array) -> bool:

@@ -15,6 +15,8 @@ AGREED_EXPLAINED, AGREED_SHARE, AGREED_APART, LEAST_REACH = 0.97, 0.03, 0.15, 0.
 ACROSS = 8.0
 # part of n theta by which free lines may differ from those of friction (alone, or with one slip)
 HELD, HELD_LEAST = 0.3, 0.1
+# times what the best explanation leaves that another one may leave to speak for lines
+APIECE = 2.0
 # and difference of the logarithms of their gains
 SCALED = 0.25
 
@@ -106,7 +108,7 @@ def _held(wrap: float, causes: Causes) -> bool:
 
     Friction that leaves but noise is believed before them; else n theta must be that of friction with one slip at the most.
     """
-    known = (causes.friction,) if causes.enough else causes.slips
+    known = (causes.friction,) if causes.enough else causes.likely(APIECE)
     near = [c for c in known if abs(wrap - c.wrap) < max(HELD_LEAST, HELD * c.wrap)]
     return bool(near) or math.isnan(causes.friction.wrap)
 

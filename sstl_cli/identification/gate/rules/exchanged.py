@@ -60,7 +60,7 @@ def _place(bends: dict[str, dict[str, list[Evidence]]], elsewhere: Sequence[floa
     left = [abs(_apart(wraps[k][0], wraps[o][1])) for k, o in moved]
     # where exchanged systems explain the bends as well there is nothing to choose: fewer labels are wrong then
     flipped = [abs(_apart(wraps[k][1], wraps[k][0])) for k in odd]
-    if max(left) > FITS or max(flipped) < ODD:
+    if max(left) > FITS or max(flipped) < ODD or all(_allowed(bends[k]) for k in odd):
         return
     worst = max(abs(_apart(*wraps[k])) for k in odd)
     yield _said(bends, odd, worst, "is off")
@@ -71,7 +71,7 @@ def _matched(bends: dict[str, dict[str, list[Evidence]]]) -> Iterator[Remark]:
     single, double = ({k: _middle(b[system]) for k, b in bends.items() if system in b} for system in ("act", "sstl"))
     both = {k: _apart(single[k], double[k]) for k in single if k in double}
     own = [k for k, off in both.items() if abs(off) <= FITS]
-    bad = [k for k, off in both.items() if abs(off) > ODD]
+    bad = [k for k, off in both.items() if abs(off) > ODD and not _allowed(bends[k])]
     if not bad or min(len(single), len(double)) < MATCHED:
         return
     # a third of the start-up of a command, for what few logs come to
@@ -137,6 +137,12 @@ def _out_of_order(bends: dict[str, dict[str, list[Evidence]]]) -> list[str]:
 def _by_number(name: str) -> list[tuple[int, str]]:
     """Return a key that puts names in the order of the numbers in them."""
     return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", name) if part]
+
+
+def _allowed(systems: dict[str, list[Evidence]]) -> bool:
+    """Whether sound laws of friction make two passes of a bend about twice one pass, whatever its lines tell."""
+    (low, high), (least, most) = ([float(np.median([e.wraps[i] for e in systems[s]])) for i in (0, 1)] for s in ("act", "sstl"))
+    return _apart(high, least) < FITS and _apart(low, most) > -FITS
 
 
 def _middle(runs: list[Evidence]) -> float:

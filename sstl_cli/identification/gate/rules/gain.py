@@ -35,6 +35,8 @@ CHANGED = 0.4
 FITS, FITS_MOST, VOLTS = 0.08, 0.12, 10.0
 # and from which on another gain is as likely as the unit
 NEARLY = 0.045
+# highest reading of a percentage: a range is chosen for what it must show, and passed by a little
+LEAST_PERCENT, MOST_PERCENT = 20.0, 105.0
 # what friction with a gain may leave of what friction alone and each zero leave, and of the output's span
 TAKES, BEFORE, LITTLE = 0.15, 0.4, 0.02
 # what a gain beside a zero may leave of what it leaves alone for its size to count
@@ -279,7 +281,8 @@ def _guess(g: float, e: Evidence, error: float) -> tuple[str, str]:
                 if off[channel] > NEARLY
                 else ("", "")
             )
-            options.append((size, f"the {WORDS[channel]} is in {unit}, not N{beside}", f"{stated(channel, unit)}{line}"))
+            percent = _percent(g, e) if beside else ""
+            options.append((size, f"the {WORDS[channel]} is in {unit}, not N{beside}{percent}", f"{stated(channel, unit)}{line}"))
     if options:
         return min(options)[1:]
     small = 0 if g > 1.0 else 1
@@ -289,8 +292,20 @@ def _guess(g: float, e: Evidence, error: float) -> tuple[str, str]:
         why = f"the {WORDS[1 - small]} is in percent of its range or doubled, or the {WORDS[small]} sensor reads half (2:1 pulley, one of a pair)"
         return why, f"{lines[1 - small]} or {lines[small]}"
     volts = "volts, or has another gain" if e.ranges[small].largest < VOLTS else "another unit, or has another gain"
-    why = f"the {WORDS[small]} is in {volts} (no unit of force fits {g:.3g}), or the {WORDS[1 - small]} is in counts or has a wrong calibration"
+    why = (
+        f"the {WORDS[small]} is in {volts} (no unit of force fits {g:.3g}), or the {WORDS[1 - small]} is in counts or has a wrong calibration{_percent(g, e)}, "
+        "or one of the two is no tension (the position of a line goes with it)"
+    )
     return why, f"{lines[small]} or {lines[1 - small]}"
+
+
+def _percent(g: float, e: Evidence) -> str:
+    """Return what is said of a channel that reads more than the other one but never passes 100: it may be a percentage of its range."""
+    large = 1 if g > 1.0 else 0
+    high = e.ranges[large].high
+    if not LEAST_PERCENT < high < MOST_PERCENT:
+        return ""
+    return f", or the {WORDS[large]} is in percent of a range of about {100.0 / max(g, 1.0 / g):.2g} N"
 
 
 def _between(g: float, e: Evidence, rest: list[Evidence], error: float) -> tuple[str, str]:

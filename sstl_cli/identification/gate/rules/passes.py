@@ -28,6 +28,8 @@ APART = 0.2
 BETWEEN, SINGLE = 0.8, 0.35
 # n theta that no single pass reaches: mu of 0.2 over a full turn, or 0.4 over a half one, is 1.26; up to there size alone tells nothing
 DOUBLE = 1.26
+# part of the input's span by which the same range may differ, and noises that an output must go over to be compared
+SAME_RANGE, SHOWS = 0.1, 40.0
 # part of the log's widest movement over which a run must go for the size of its friction to count
 WIDE = 0.5
 
@@ -49,7 +51,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     wrong = _everywhere(wrong, log)
     yield from _told(wrong, "failure", "beside the other runs of the same bend", _shuffled(wrong, pairs), known)
     if paired and not wrong and not second_rig(log)[0]:
-        yield from _about(log, known)
+        about = list(_about(log, known))
+        yield from about or _passed_on(log)
     if not pairs and known and not second_rig(log)[0]:
         found = [kinds for bend in bends.values() if bend[0].config_id is not None and (kinds := _two_kinds(bend, log)) is not None]
         mixed = [double if double[0].system == "act" else single for single, double in found] if _doubled(found) else []
@@ -76,6 +79,46 @@ def _about(log: Sequence[Evidence], known: list[Evidence]) -> Iterator[Remark]:
             hit.append(e)
     if len(hit) == 1:
         yield from _told(hit, "remark", "beside the other runs of the same bend")
+
+
+def _passed_on(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield the one run whose output goes as far as in the runs of the other label, and no other of its own does, where all inputs of the bend go the same way.
+
+    Whatever the law, friction passes on as much of the same range of tension, so that no lines are asked.
+    """
+    bends: dict[object, list[Evidence]] = {}
+    for e in log:
+        if e.tendon_like and e.config_id is not None:
+            bends.setdefault((e.config_id, e.location, e.tendon), []).append(e)
+    hit = [e for bend in bends.values() if len({e.system for e in bend}) == 2 for e in _passes_otherwise(bend)]
+    if len(hit) == 1:
+        e = hit[0]
+        right, like = ("sstl", "a double pass") if e.system == "act" else ("act", "a single pass")
+        yield Remark(
+            (e.run_id,), RULE, "remark", e.ranges[1].span, "N",
+            f"{names([e.run_id])}: labelled {e.system}, but its output goes over {e.ranges[1].span:.3g} N, as in the {right} runs of the same bend and range of input and not as in "
+            f"the other {e.system} runs, which looks like {like}; the label of its system is probably wrong",
+            f'[constants] system = "{right}" (for this file)',
+        )  # fmt: skip
+
+
+def _passes_otherwise(bend: list[Evidence]) -> list[Evidence]:
+    """Return the runs of a bend whose output goes as far as in those of the other label with the same range of the input, and not as in those of their own."""
+    low, high, goes = (np.array(v) for v in zip(*((e.ranges[0].low, e.ranges[0].high, e.ranges[1].span) for e in bend), strict=True))
+    double = np.array([e.system == "sstl" for e in bend])
+    found = []
+    for k, e in enumerate(bend):
+        near = np.abs(low - low[k]) + np.abs(high - high[k]) < SAME_RANGE * e.ranges[0].span
+        near[k] = False
+        own, other = near & (double == double[k]), near & (double != double[k])
+        if not own.any() or not other.any() or goes[k] < SHOWS * e.sensors[1].noise_n or goes.min() <= 0.0:
+            continue
+        # the loop passes on less
+        way = -1.0 if double[k] else 1.0
+        like, unlike = np.log(goes[other] / goes[k]), way * np.log(goes[own] / goes[k])
+        if float(np.max(np.abs(like))) < math.log(NEAR_PASS) and float(np.min(unlike)) > math.log(TWICE):
+            found.append(e)
+    return found
 
 
 def _everywhere(wrong: list[Evidence], log: Sequence[Evidence]) -> list[Evidence]:
@@ -123,6 +166,8 @@ def _wrong(bend: list[Evidence], known: list[Evidence]) -> list[Evidence]:
         if not others:
             continue
         ratio = per[e.run_id] / float(np.median(others))
+        if _allowed(e, [o for o in bend if o is not e and o.tendon in (e.tendon, None)]):
+            continue
         if TWICE < ratio < MOST if e.system == "act" else 1.0 / MOST < ratio < 1.0 / TWICE:
             doubtful.append(e)
     if len({e.system for e in doubtful}) < 2:
@@ -136,6 +181,13 @@ def _wrong(bend: list[Evidence], known: list[Evidence]) -> list[Evidence]:
     between = float(np.sqrt(single * double)) if single < double / TWICE else BETWEEN
     size = float(np.median([e.wrap for e in doubtful]))
     return [e for e in doubtful if e.system == ("sstl" if size < between else "act")]
+
+
+def _allowed(e: Evidence, others: list[Evidence]) -> bool:
+    """Whether some sound law of friction makes a run agree with the others of its bend, as labelled: lines of presliding tell anything."""
+    mine, theirs = (v / e.passes for v in e.wraps), [[v / o.passes for v in o.wraps] for o in others]
+    low, high = mine
+    return low < NEAR_PASS * float(np.median([v[1] for v in theirs])) and NEAR_PASS * high > float(np.median([v[0] for v in theirs]))
 
 
 def _middle(runs: list[Evidence], system: str) -> float:

@@ -120,6 +120,10 @@ def _foreign(moved: Sequence[Evidence]) -> Iterator[Remark]:
     worst = max(log, key=lambda e: own[e.run_id])
     most = max(own[e.run_id] for e in log if e is not worst)
     left, other = min(((unlike(worst.position_movement, o.movement), o) for o in log if o is not worst), key=lambda pair: pair[0])
+    # what a line's own creep and backlash leave of any run is no sign of this one
+    usual = float(np.median([own[e.run_id] for e in log if e is not worst]))
+    if own[worst.run_id] < ANOTHERS * usual:
+        return
     # a run that moves as its own does fits it as well, and tells nothing
     apart = unlike(worst.movement, other.movement)
     if left <= most and ANOTHERS * left < min(own[worst.run_id], apart):

@@ -23,6 +23,10 @@ SAME_SPEED = 0.15
 ALIKE, LESS = 0.1, 0.3
 # standard errors from which on a lag is known, and the part of the difference in rate in it from which on, and below which, the clock is (not) off
 SURE, CLOCK, NO_CLOCK = 5.0, 0.7, 0.3
+# most rows of which one may be left, how near a whole part of them must be, and runs of its movement beside it
+MOST_PART, WHOLE_PART, BESIDE = 10, 0.02, 2
+# part of the usual number of samples that such a run has at the most
+SHORT = 0.75
 Clock = Literal["", "other", "either"]
 # factors between units of time
 UNITS = {1e3: "ms", 1e6: "us", 60.0: "min"}
@@ -48,12 +52,55 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     rates = {(e.system, ratios[e.run_id] > 1.0, ratios[e.run_id] < 1.0) for e in runs}
     own = len(rates) == len({e.system for e in runs})
     others = [e for e in runs if ratios[e.run_id] == 1.0]
+    yield from _thinned(others)
     for (unit, _), hit in groups.items():
         clocks = {e.run_id: _clock(e, others, usual) if unit is None else "" for e in hit}
         for clock in ("other", "either"):
             yield from _told([e for e in hit if clocks[e.run_id] == clock], usual, None, clock)
         if unit is not None or not own:
             yield from _told([e for e in hit if not clocks[e.run_id]], usual, unit)
+
+
+def _thinned(runs: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield the run that has the stamps of all others and lasts a whole part of what they do, in the same movement by its rows.
+
+    A movement that is played faster is played so on purpose: in more than one run, or beside one of the usual speed on the same bend.
+    """
+    found = []
+    usual = float(np.median([e.samples for e in runs])) if runs else 0.0
+    few = [e for e in runs if e.samples < SHORT * usual]
+    for e in few if len(few) <= BESIDE else []:
+        alike = [(o, k) for o in runs if o is not e and (k := _part(e, o)) > 1 and _same_rows(e, o, k)]
+        if len(alike) >= BESIDE and not any((o.config_id, o.location, o.system) == (e.config_id, e.location, e.system) for o, _ in alike):
+            found.append((e, alike))
+    if len(found) != 1:
+        return
+    e, alike = found[0]
+    k = alike[0][1]
+    # a drive has a lag of its own on every bend: it is as long as before where the movement is faster
+    lags = [w for o, _ in alike if o.config_id == e.config_id and (w := _lag_by(e, o, float(k))) is not None]
+    if lags and float(np.median(lags)) < NO_CLOCK:
+        return
+    rows = {2: "every second row", 3: "every third row"}.get(k, f"one row of {k}")
+    yield Remark(
+        (e.run_id,), RULE, "remark", 1.0 / e.dt_s, "Hz",
+        f"{names([e.run_id])}: stamped every {e.dt_s:.3g} s as the other runs are, but it goes through the movement of {names([o.run_id for o, _ in alike])} in 1/{k} of their "
+        f"time; it probably holds {rows} of its recording under the rate of all, so that its clock is off by this factor, unless this movement alone was played faster",
+        f"time_s = {{ rate_hz = {1.0 / (k * e.dt_s):.6g} }} (for this file)",
+    )  # fmt: skip
+
+
+def _part(e: Evidence, o: Evidence) -> int:
+    """Return the whole part of another run's rows that a run has, 1 where it is none or the stamps of both differ."""
+    k = round(o.samples / e.samples)
+    close = 1 < k <= MOST_PART and abs(o.samples / (k * e.samples) - 1.0) < WHOLE_PART
+    return k if close and _size(e.dt_s / o.dt_s) < NEAR else 1
+
+
+def _same_rows(e: Evidence, o: Evidence, k: int) -> bool:
+    """Whether two runs move alike where one has one of ``k`` rows of the other, and not at all by their stamps."""
+    by_row = unlike(e.movement, o.movement, float(k))
+    return by_row < ALIKE and by_row < LESS * unlike(e.movement, o.movement)
 
 
 def _ratios(runs: Sequence[Evidence], usual: float) -> dict[str, float]:
@@ -116,10 +163,15 @@ def _same(e: Evidence, o: Evidence) -> bool:
 
 def _lag(e: Evidence, o: Evidence) -> float | None:
     """Return the part of the difference in rate that the lags behind the reference show: 1 where the clock is off, 0 where it is not."""
+    return _lag_by(e, o, o.dt_s / e.dt_s)
+
+
+def _lag_by(e: Evidence, o: Evidence, factor: float) -> float | None:
+    """Return the part of a factor between two clocks by which the lag of one is shorter than that of the other, None where they do not show."""
     (mine, error), (theirs, other) = e.reference_lag, o.reference_lag
     if not (mine > SURE * error and theirs > SURE * other):
         return None
-    return math.log(mine / theirs) / math.log(e.dt_s / o.dt_s)
+    return math.log(theirs / mine) / math.log(factor)
 
 
 def _speeded(e: Evidence, beside: Sequence[Evidence], usual: float) -> bool:
