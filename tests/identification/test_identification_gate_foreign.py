@@ -11,6 +11,7 @@ from identification_slips import lines
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
+from sstl_cli.identification.gate.parted import parted_of
 
 N = 4000
 T = np.arange(N) / 100.0
@@ -77,6 +78,18 @@ def test_two_bends_joined_where_both_read_the_same_are_told_with_time_and_fricti
     (said,) = gate.remarks([r])
     assert said.rule == "joined" and said.number == pytest.approx(wraps[1] / wraps[0], rel=0.05)
     assert gate.evidence_of(r).shapes.parted.at_s == pytest.approx(T[k], abs=3.0)
+
+
+def test_friction_that_fades_over_a_path_without_end_is_not_asked_for_another_bend():
+    k, r = seamless(*(moving(i, w) for i, w in enumerate((0.4, 0.55))))
+    causes = gate.evidence_of(r).causes
+    points = (r.time_s, r.tension_in_n, r.tension_out_n)
+    assert parted_of(points, 0.02, causes.least_n(float(T[-1])), causes).at_s == pytest.approx(T[k], abs=3.0)
+    # where the fading law explains more than a size that changes at no sample, and the sample leaves more than noise, the law bends what is read
+    fades = replace(causes, noise_n=0.1 * causes.noise_n, fading=replace(causes.friction, rms_n=0.9 * causes.friction.rms_n))
+    assert parted_of(points, 0.02, causes.least_n(float(T[-1])), fades) is None
+    fits = replace(fades, noise_n=causes.noise_n)
+    assert parted_of(points, 0.02, causes.least_n(float(T[-1])), fits) is not None
 
 
 @pytest.mark.parametrize("movement", range(5))

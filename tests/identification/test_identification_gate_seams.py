@@ -31,6 +31,18 @@ def test_blocks_of_rows_in_another_order_are_told(order):
     assert not joined(x, y)
 
 
+def test_blocks_whose_jumps_are_most_of_the_way_are_told_and_steps_with_slow_ones_between_are_not():
+    # most of the way between the joints is gone by them
+    x = 2.0 + 8.0 * (1.0 - np.cos(2.0 * np.pi * T / 21.0))
+    y = play(x, lines(0.3))
+    ends = [0, 700, 1300, 2200, 2900, 4000]
+    rows = np.concatenate([np.arange(ends[k], ends[k + 1]) for k in (0, 3, 2, 1, 4)])
+    assert joined(x[rows], y[rows])
+    assert not joined(x, y)
+    steps = np.array([4.0, 12.0, 22.0, 9.0, 17.0, 5.0])[(T / 7.0).astype(int) % 6] + 0.3 * np.sin(T)
+    assert not joined(steps, play(steps, lines(0.3)))
+
+
 @pytest.mark.parametrize(
     "x",
     [

@@ -126,7 +126,8 @@ def loop_work(x: Array, y: Array, noise_n: float = 0.0) -> float:
     begun, ended = ((1.0 - part) * y[k] + part * y[k + 1] for part, k in zip(parts, (first, last), strict=True))
     u = np.concatenate(([middle], x[first + 1 : last + 1], [middle]))
     v = np.concatenate(([begun], y[first + 1 : last + 1], [ended]))
-    way, span = float(np.sum(np.abs(np.diff(u)))), float(np.ptp(v))
+    # of an output that rests in its loops the noise and creep are no work: it is measured by all that it goes
+    way, span = float(np.sum(np.abs(np.diff(u)))), float(np.ptp(y))
     # an output that comes back to another level than it began at may have had what it gives in store: at most that over the input's range
     stored = abs(float(ended - begun)) * float(np.ptp(u))
     return (float(np.sum(0.5 * (v[1:] + v[:-1]) * np.diff(u))) - stored) / (way * span) if way * span > 0.0 else 0.0

@@ -64,6 +64,9 @@ def parted_of(points: tuple[Array, Array, Array], noise_n: float, rest_n: float,
     found = _fit(x, y, _step(len(x), at), floor)
     if not causes.left(found.rms_n) < TAKES * causes.left(rest_n):
         return None
+    # friction that fades over a path without end has no size before that path was gone: what bends there is its law
+    if causes.left(causes.fading.rms_n) < causes.left(causes.friction.rms_n) and not causes.noise_alone(found.rms_n):
+        return None
     path = np.cumsum(np.abs(np.diff(x, prepend=x[0])))
     gradual = [np.exp(-way / (part * way[-1])) for way in (path, t - t[0]) for part in RUNS_IN]
     wraps = (found.wrap, found.wrap * (1.0 + found.size))

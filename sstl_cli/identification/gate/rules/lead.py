@@ -35,7 +35,7 @@ HALF, LITTLE_LEFT = 0.4, 2.0
 BY_SPEED = 3.0
 # part of a delay by which those of one clock differ
 AGREES = 0.2
-# delay of two passes over that of one where the line's own drag makes it, and the factor within which that is so
+# delay of two passes over that of one where the line's own drag makes it, and the factor within which that is so; beyond both of a system's usual delay it is none
 PASSES, DRAG = 2.0, 1.5
 # a filter of that many samples is no clock
 FILTER = 10.0
@@ -67,7 +67,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             # creep and slow friction delay some movements and change their shape, a clock moves all of them as they are
             # and a filter smooths: what is without noise is late by it, and no clock's
             hit = [e for e in hit if e.loops and e.play is not None and e.play.explained > SHAPE and not smooth(e, 1)]
-            hit = [] if _dragged(hit, log) else hit
+            hit = _beyond_drag(hit, log)
             hit = [e for e in hit if _clear(e) or not any(_in_time(o) for o in log if o.system == e.system)]
             if hit:
                 usual = median([_size(e) for e in hit])
@@ -134,13 +134,15 @@ def _clear(e: Evidence) -> bool:
     return c.left(c.moved.rms_n) < CLEAR * min(c.left(v.rms_n) for v in rest)
 
 
-def _dragged(hit: Sequence[Evidence], log: Sequence[Evidence]) -> bool:
-    """Whether the loop is late by about twice what actuation is: drag of the line delays every pass, a clock all runs alike."""
+def _beyond_drag(hit: Sequence[Evidence], log: Sequence[Evidence]) -> list[Evidence]:
+    """Return the late runs that drag of the line does not delay: it delays every pass, so that the loop is late by about twice what actuation is, a clock all runs alike."""
     late = {s: [e.causes.moved.size for e in log if e.system == s and e.tendon_like and _delayed(e)] for s in ("act", "sstl")}
     if not hit or not late["act"] or not late["sstl"]:
-        return False
-    ratio = median(late["sstl"]) / median(late["act"])
-    return PASSES / DRAG < ratio < PASSES * DRAG
+        return list(hit)
+    usual = {s: median(sizes) for s, sizes in late.items()}
+    if not PASSES / DRAG < usual["sstl"] / usual["act"] < PASSES * DRAG:
+        return list(hit)
+    return [e for e in hit if _size(e) > PASSES * DRAG * usual[e.system]]
 
 
 def _delayed(e: Evidence) -> bool:

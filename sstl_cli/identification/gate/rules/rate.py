@@ -25,8 +25,8 @@ ALIKE, LESS = 0.1, 0.3
 SURE, CLOCK, NO_CLOCK = 5.0, 0.7, 0.3
 # most rows of which one may be left, how near a whole part of them must be, and runs of its movement beside it
 MOST_PART, WHOLE_PART, BESIDE = 10, 0.02, 2
-# part of the usual number of samples that such a run has at the most
-SHORT = 0.75
+# part of the usual number of samples that such a run has at the most, and samples from which on a channel is held
+SHORT, HELD = 0.75, 1.5
 Clock = Literal["", "other", "either"]
 # factors between units of time
 UNITS = {1e3: "ms", 1e6: "us", 60.0: "min"}
@@ -64,30 +64,56 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 def _thinned(runs: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield the run that has the stamps of all others and lasts a whole part of what they do, in the same movement by its rows.
 
-    A movement that is played faster is played so on purpose: in more than one run, or beside one of the usual speed on the same bend.
+    A movement that is played faster is played so on purpose: in more than one run, beside one of the usual speed on the same bend, or under a name of its own.
+    What keeps time without the logger tells one from the other; where nothing does it is asked, if all other runs were recorded for one time, whatever they hold.
     """
     found = []
     usual = float(np.median([e.samples for e in runs])) if runs else 0.0
     few = [e for e in runs if e.samples < SHORT * usual]
     for e in few if len(few) <= BESIDE else []:
-        alike = [(o, k) for o in runs if o is not e and (k := _part(e, o)) > 1 and _same_rows(e, o, k)]
+        alike = [(o, k) for o in runs if o is not e and o.trajectory == e.trajectory and (k := _part(e, o)) > 1 and _same_rows(e, o, k)]
         if len(alike) >= BESIDE and not any((o.config_id, o.location, o.system) == (e.config_id, e.location, e.system) for o, _ in alike):
             found.append((e, alike))
     if len(found) != 1:
         return
     e, alike = found[0]
     k = alike[0][1]
-    # a drive has a lag of its own on every bend: it is as long as before where the movement is faster
-    lags = [w for o, _ in alike if o.config_id == e.config_id and (w := _lag_by(e, o, float(k))) is not None]
-    if lags and float(np.median(lags)) < NO_CLOCK:
+    others = [o for o, _ in alike]
+    bend = [o for o in runs if o is not e and (o.config_id, o.location) == (e.config_id, e.location)]
+    lags, renewals = _lags(e, bend, k), _renewals(e, others, k)
+    # a line that gives way has another lag in the loop than in its first half
+    sure = any(v > CLOCK for v in renewals) or min(_lags(e, [o for o in bend if o.system == e.system], k), default=0.0) > CLOCK
+    sound = any(v < NO_CLOCK for v in renewals) or (bool(lags) and float(np.median(lags)) < NO_CLOCK)
+    if sound or not (sure or all(_size(o.samples / usual) < 1.0 + WHOLE_PART for o in runs if o not in few)):
         return
     rows = {2: "every second row", 3: "every third row"}.get(k, f"one row of {k}")
+    why = (
+        f"it probably holds {rows} of its recording under the rate of all, as its lag behind the reference, or the period at which a channel is renewed, is 1/{k} of theirs, too"
+        if sure
+        else f"does it hold {rows} of its recording under the rate of all, or was this movement alone played {k} times as fast?"
+    )
     yield Remark(
         (e.run_id,), RULE, "remark", 1.0 / e.dt_s, "Hz",
-        f"{names([e.run_id])}: stamped every {e.dt_s:.3g} s as the other runs are, but it goes through the movement of {names([o.run_id for o, _ in alike])} in 1/{k} of their "
-        f"time; it probably holds {rows} of its recording under the rate of all, so that its clock is off by this factor, unless this movement alone was played faster",
-        f"time_s = {{ rate_hz = {1.0 / (k * e.dt_s):.6g} }} (for this file)",
+        f"{names([e.run_id])}: stamped every {e.dt_s:.3g} s as the other runs are, but it goes through the movement of {names([o.run_id for o in others])} in 1/{k} of their time; {why}",
+        f"time_s = {{ rate_hz = {1.0 / (k * e.dt_s):.6g} }} (for this file{'' if sure else ', if rows were left out'})",
     )  # fmt: skip
+
+
+def _lags(e: Evidence, bend: Sequence[Evidence], k: int) -> list[float]:
+    """Return the parts of a factor between two clocks in the lag behind the reference: that of a drive is its own on every bend, and about as long whatever is played there."""
+    return [w for o in bend if (w := _lag_by(e, o, float(k))) is not None]
+
+
+def _renewals(e: Evidence, others: Sequence[Evidence], k: int) -> list[float]:
+    """Return the part of a factor between two clocks in the periods at which channels are renewed, of those that the others hold: a sensor keeps its own time."""
+    told = []
+    for i in (0, 1):
+        theirs = float(np.median([o.sensors[i].refresh_s for o in others]))
+        # no channel is renewed more often than it is logged
+        most = min(float(k), theirs / e.dt_s)
+        if most > HELD and e.sensors[i].refresh_s > 0.0:
+            told.append(math.log(theirs / e.sensors[i].refresh_s) / math.log(most))
+    return told
 
 
 def _part(e: Evidence, o: Evidence) -> int:
