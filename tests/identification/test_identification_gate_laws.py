@@ -14,6 +14,7 @@ from sstl_cli.identification.gate import evidence_of, judge, remarks
 from sstl_cli.identification.gate.causes import NO_CAUSES, Cause
 from sstl_cli.identification.gate.clear_gain import clear_gain
 from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.limits import limit_of
 from sstl_cli.identification.gate.movement import loop_work
 from sstl_cli.identification.gate.slopes import NO_SLOPES, Slopes
 
@@ -189,3 +190,40 @@ def test_a_percentage_is_among_the_causes_of_a_gain() -> None:
     # what passes 100 is none
     said = [r for r in remarks(changed(lambda r: replace(r, tension_out_n=8.0 * r.tension_out_n))) if r.rule == "gain"]
     assert said and not any("percent of a range" in r.sentence for r in said)
+
+
+def test_a_zero_that_friction_by_speed_explains_better_is_no_other_sensor() -> None:
+    repeats = [replace(bend("b050", 0.4, "act", s, movement=s), run_id=f"r{s}") for s in range(1, 7)]
+    off = replace(repeats[5], tension_out_n=repeats[5].tension_out_n + 3.5)
+    log = [evidence_of(r) for r in (*repeats[:5], off)]
+    zero = ("r6", "zero of the output")
+    causes = log[5].causes
+    assert causes.zero_out.rms_n < 2.0 * causes.noise_n and causes.zero_out.size == pytest.approx(3.5, abs=0.1)
+
+    def said(log: list[Evidence]) -> list[tuple[str, str]]:
+        return [(r.run_ids[0], "zero of the output") for r in judge(log) if r.rule == "odd_run" and "zero of the output" in r.sentence]
+
+    left = replace(
+        causes,
+        zero_out=replace(causes.zero_out, rms_n=20.0 * causes.noise_n),
+        friction=replace(causes.friction, rms_n=40.0 * causes.noise_n),
+    )
+    lawless = replace(left, speed=Cause(0.4, 0.2, 30.0 * causes.noise_n), fading=Cause(0.4, 0.0, 60.0 * causes.noise_n))
+    by_speed = replace(lawless, speed=Cause(0.4, 0.2, 5.0 * causes.noise_n))
+    assert zero in said([*log[:5], replace(log[5], causes=lawless)])
+    assert said([*log[:5], replace(log[5], causes=by_speed)]) == []
+
+
+@pytest.mark.parametrize("kept", [0.1, 0.2, 0.3])
+def test_an_output_that_creeps_on_while_its_input_is_held_cuts_no_input_off(kept: float) -> None:
+    t = np.arange(4000) / 100.0
+    # up in 3 s, held for 2 s, down in 3 s, rest
+    loop, times = [5.0, 20.0, 20.0, 5.0, 5.0], [0.0, 3.0, 5.0, 8.0, 10.0]
+    held = np.interp(t % 10.0, times, loop)
+    creeping = 0.5 * np.interp(t % 10.0, times, [5.0, 20.0, 20.0 + 10.0 * kept, 5.0, 5.0])
+    noise = 0.01 * np.random.default_rng(3).standard_normal((2, len(t)))
+    assert np.isnan(limit_of(t, held + noise[0], creeping + noise[1], (0.01, 0.01)))
+    # one that goes on at its speed has an input that does so, too
+    passing = 0.5 * np.interp(t % 10.0, [0.0, 4.0, 8.0, 10.0], [5.0, 25.0, 5.0, 5.0])
+    cut = np.minimum(np.interp(t % 10.0, [0.0, 4.0, 8.0, 10.0], [5.0, 25.0, 5.0, 5.0]), 20.0)
+    assert limit_of(t, cut + noise[0], passing + noise[1], (0.01, 0.01)) == pytest.approx(20.0, abs=0.1)

@@ -20,6 +20,9 @@ CAUGHT_UP_S, GOES_ON, NOISES = 0.4, 0.05, 8.0
 # and the time (s) after which a channel that is only late is there: what still rises then and has gone but this part of its way in half of the time to
 # 0.95 of it goes on as it came (0.53, under the top of a sine 0.66), where what catches up slows down (0.82)
 LATE_S, NEARLY, HALFWAY = 0.2, 0.95, 0.74
+# how long (s) a speed is measured before a rest and after LATE_S of it, and the part of it that an output keeps where its input goes on unseen: at a true hold
+# nothing but creep is left, a part of the friction
+BEGINS_S, KEEPS = 0.15, 0.4
 # rises (part of its span) of the other channel in two rests, and how far apart it must then end: after a true hold it ends at one level
 RISES, APART = 0.08, 0.12
 # levels of a converter over the span below which an extreme says nothing
@@ -119,7 +122,7 @@ def limit_of(
     else:
         if not as_it_came and _ends_apart([other[a:b] for a, b in rests], band + max(RISES * reach, NOISES * noise[1]), reach):
             return high
-        went = [(_went_on_as_it_came if as_it_came else _went_on)(t[a:b], other[a:b]) for a, b in rests]
+        went = [0.0 if _brakes(t, other, a) else (_went_on_as_it_came if as_it_came else _went_on)(t[a:b], other[a:b]) for a, b in rests]
     least = band + max((RISES if driven else GOES_ON) * reach, NOISES * noise[1])
     return high if sum(w > least for w in went) >= max(STRETCHES, 0.5 * len(went)) else math.nan
 
@@ -128,6 +131,13 @@ def _flat(v: Array, spread: float) -> bool:
     """Whether a channel rests at its extreme: what turns there is lower at both ends."""
     inner = v[len(v) // 6 : len(v) - len(v) // 6]
     return float(np.ptp([median(part) for part in np.array_split(inner, 3)])) < spread
+
+
+def _brakes(t: Array, other: Array, at: int) -> bool:
+    """Whether an output that came with its input slows down at once where that begins to rest, as no output does whose input goes on."""
+    times = t[at] + np.array([-BEGINS_S, 0.0, LATE_S, LATE_S + BEGINS_S])
+    before, begun, late, later = np.interp(times, t, other)
+    return bool(begun - before > 0.0 and later - late < KEEPS * (begun - before))
 
 
 def _ends_apart(rests: list[Array], least: float, reach: float) -> bool:

@@ -44,6 +44,8 @@ SEVERAL, NONE = Feature("gain of output over input", math.inf, math.log(1.15), T
 # step of a rounding over that of the other runs, and over their noise
 FINER, LOST = 0.1, 3.0
 FEW = 4
+# what a law of friction may leave of what a zero leaves for the place where the lines meet to be the law's
+LAW = 0.5
 SMOOTHED = "it was probably smoothed or interpolated, or is no measurement"
 RESENSED = "the sensor was probably changed or the file is from another rig"
 # of the logarithm: noise below that of all other runs by which no other sensor of such a rig is the better one
@@ -194,7 +196,14 @@ def _values(e: Evidence) -> list[float]:
     s = e.slopes
     gain = math.log(s.gain) if s.known else math.nan
     friction = math.log(s.friction) if s.known and s.friction > 0.05 else math.nan
-    return [_noise_of(e, 0), _noise_of(e, 1), gain, friction, *zeros(e)]
+    return [_noise_of(e, 0), _noise_of(e, 1), gain, friction, *(math.nan if _by_law(e, i) else at for i, at in enumerate(zeros(e)))]
+
+
+def _by_law(e: Evidence, i: int) -> bool:
+    """Whether friction that changes with speed, or fades, explains a run far better than a zero of this channel does: it moves the lines as well, and where they meet."""
+    c = e.causes
+    zero = c.left((c.zero_in, c.zero_out)[i].rms_n)
+    return math.isfinite(zero) and min(c.left(c.speed.rms_n), c.left(c.fading.rms_n)) < LAW * zero
 
 
 def _noise_of(e: Evidence, i: int) -> float:

@@ -166,9 +166,8 @@ def _wrong(bend: list[Evidence], known: list[Evidence]) -> list[Evidence]:
         if not others:
             continue
         ratio = per[e.run_id] / float(np.median(others))
-        if _allowed(e, [o for o in bend if o is not e and o.tendon in (e.tendon, None)]):
-            continue
-        if TWICE < ratio < MOST if e.system == "act" else 1.0 / MOST < ratio < 1.0 / TWICE:
+        odd = TWICE < ratio < MOST if e.system == "act" else 1.0 / MOST < ratio < 1.0 / TWICE
+        if odd and not _allowed(e, [o for o in bend if o is not e and o.tendon in (e.tendon, None)]):
             doubtful.append(e)
     if len({e.system for e in doubtful}) < 2:
         return doubtful
