@@ -122,7 +122,10 @@ def limit_of(
     else:
         if not as_it_came and _ends_apart([other[a:b] for a, b in rests], band + max(RISES * reach, NOISES * noise[1]), reach):
             return high
-        went = [0.0 if _brakes(t, other, a) else (_went_on_as_it_came if as_it_came else _went_on)(t[a:b], other[a:b]) for a, b in rests]
+        went = [
+            0.0 if _brakes(t, other, a, noise[1]) else (_went_on_as_it_came if as_it_came else _went_on)(t[a:b], other[a:b])
+            for a, b in rests
+        ]
     least = band + max((RISES if driven else GOES_ON) * reach, NOISES * noise[1])
     return high if sum(w > least for w in went) >= max(STRETCHES, 0.5 * len(went)) else math.nan
 
@@ -133,11 +136,11 @@ def _flat(v: Array, spread: float) -> bool:
     return float(np.ptp([median(part) for part in np.array_split(inner, 3)])) < spread
 
 
-def _brakes(t: Array, other: Array, at: int) -> bool:
+def _brakes(t: Array, other: Array, at: int, noise_n: float) -> bool:
     """Whether an output that came with its input slows down at once where that begins to rest, as no output does whose input goes on."""
     times = t[at] + np.array([-BEGINS_S, 0.0, LATE_S, LATE_S + BEGINS_S])
     before, begun, late, later = np.interp(times, t, other)
-    return bool(begun - before > 0.0 and later - late < KEEPS * (begun - before))
+    return bool(begun - before > NOISES * noise_n and later - late < KEEPS * (begun - before))
 
 
 def _ends_apart(rests: list[Array], least: float, reach: float) -> bool:
