@@ -189,12 +189,13 @@ def _free_lines(e: Evidence) -> PlayFit | None:
 def _both(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, float]]:
     """Yield runs whose lines lie closer together than those of the other runs, as a preload on both channels moves them, and by how much (N).
 
-    No friction does that: dry friction, drag and a delay move the lines apart. Friction that is less under load draws them together, and bends them: lines that
-    are not those of friction tell no preload.
+    No friction does that: dry friction, drag and a delay move the lines apart. Friction that is less under load draws them together, and bends them: lines on
+    which phases and play operator do not agree, and which leave more than noise, tell no preload.
     """
     for a in _lines_apart(log):
         s = a.lines
-        if a.times > MOVED and a.pull > 0.0 > a.release and a.run.slopes.known:
+        straight = a.run.slopes.known or (a.run.play is not None and a.run.causes.noise_alone(a.run.play.rms_n))
+        if a.times > MOVED and a.pull > 0.0 > a.release and straight:
             by = a.pull / (1.0 - s.gamma_p), a.release / (1.0 - s.gamma_r)
             if s.gamma_p < 1.0 < s.gamma_r and abs(math.log(by[0] / by[1])) < math.log(ALIKE) and min(by) > PRELOAD_N:
                 yield a.run, 0.5 * (by[0] + by[1])
