@@ -9,6 +9,7 @@ from identification_slips import lines
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
+from sstl_cli.identification.gate.seam import seam_of
 
 T = np.arange(4000) / 100.0
 
@@ -53,3 +54,9 @@ def test_blocks_whose_jumps_are_most_of_the_way_are_told_and_steps_with_slow_one
 )
 def test_a_movement_in_steps_has_no_seam(x):
     assert not joined(x, play(x, lines(0.3)))
+
+
+def test_an_input_in_steps_whose_output_rests_has_no_seam():
+    x = np.array([4.0, 12.0, 22.0, 9.0, 17.0, 5.0])[(T / 3.0).astype(int) % 6]
+    scatter = 0.02 * np.random.default_rng(1).standard_normal((2, len(T)))
+    assert seam_of(T, (x + scatter[0], 3.0 + scatter[1]), (18.0, 0.1))[0][1] <= 0.0

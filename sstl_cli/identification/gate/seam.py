@@ -70,6 +70,8 @@ def _reordered(channels: list[Array], spans: tuple[float, float], both: Array) -
     A movement in steps begins where it ended, too, but hardly moves between its jumps.
     """
     at = np.flatnonzero(both > 0.0)
+    if not len(at):
+        return False
     # a jump of held channels is seen at a renewal or two
     joints = [group[int(np.argmax(both[group]))] for group in np.split(at, 1 + np.flatnonzero(np.diff(at) > 2))]
     if not LEAST_JOINTS <= len(joints) <= MOST_JOINTS:
