@@ -19,7 +19,7 @@ from sstl_cli.importers.text_header import unit_in
 LABEL_OF = {
     "system": words("system"),
     "config_id": words(
-        "config config_id configid configuration config_no config_nr cfg cfg_id bend bend_id bend_deg konfiguration biegung"
+        "config config_id configid configuration config_no config_nr cfg cfg_id bend bend_id bend_deg bend_angle bending_angle konfiguration biegung biegewinkel"
     ),
     "run_id": words("run run_id runid run_no run_nr trial trial_id trialid trial_no trial_nr versuch versuch_nr essai ensayo"),
     "location": words("location"),
@@ -55,11 +55,14 @@ def label_names(units: Mapping[str, str], alone: Collection[str] = ()) -> dict[s
     --------
     >>> label_names({"Trial No": "", "config": "", "Lead screw (mm)": "mm", "time (s)": "s"})
     {'run_id': 'Trial No', 'config_id': 'config', 'lead_mm': 'Lead screw (mm)'}
+    >>> label_names({"RunID": "", "BendDeg": ""})
+    {'run_id': 'RunID', 'config_id': 'BendDeg'}
     """
     found: dict[str, str] = {}
     for name, unit in units.items():
         own = re.split(r"[./]", name)[-1] if name in alone else name
-        plain = re.sub(r"[^a-z0-9]+", "_", own.lower()).strip("_")
+        # BendDeg, runId
+        plain = re.sub(r"[^a-z0-9]+", "_", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", own).lower()).strip("_")
         target = next((t for t, known in LABEL_OF.items() if plain in known), "")
         if LEAD.intersection(said(name).words) and (unit or unit_in(name)) in ("", "mm"):
             target = "lead_mm"

@@ -24,6 +24,7 @@ from sstl_cli.importers.text_stamps import are_stamps
 MAX_LINE_BYTES = 1 << 20
 SAMPLE_LINES = 40
 MAX_HEADER_LINES = 2_000
+_BEGINS_NUMBER = tuple(bytes([c]) for c in b"0123456789+-.")
 # of systems in China, Japan, Taiwan and Korea; the first wins where several read a line alike
 EASTERN = ("gb2312", "cp932", "big5", "euc_kr")
 _NAMED = {"tab": "\t", "comma": ",", "semicolon": ";", "space": SPACES, "whitespace": SPACES, " ": SPACES, "\\t": "\t"}
@@ -168,9 +169,15 @@ def _known(units: tuple[str, ...], width: int) -> list[str]:
 
 
 def _end_of_labview(lines: list[bytes], start: int) -> int:
-    """Return the line behind LabVIEW's header, or ``start`` where there is none."""
-    ends = [i for i, line in enumerate(lines[start:][:MAX_HEADER_LINES]) if line.startswith(b"***End_of_Header***")]
-    return start + ends[-1] + 1 if ends else start
+    """Return the line behind LabVIEW's header, or ``start`` where there is none; of a file in segments the header of the first."""
+    end = start
+    for i, line in enumerate(lines[start:][:MAX_HEADER_LINES], start):
+        if line.startswith(b"***End_of_Header***"):
+            end = i + 1
+        elif end > start and line.strip()[:1] in _BEGINS_NUMBER:
+            # words stand in front of what a header tells: here is the table, and a header further down is another segment's
+            break
+    return end
 
 
 @dataclass(frozen=True)

@@ -141,6 +141,15 @@ def test_temperatures_that_rise_are_no_clocks(names: str, tmp_path: Path) -> Non
     assert not any("clocks" in r for r in found.reasons)
 
 
+def test_a_further_segment_of_labview_is_not_taken_for_the_file(tmp_path: Path) -> None:
+    head = ["LabVIEW Measurement", "X_Columns\tOne", "***End_of_Header***"]
+    segment = ["Channels\t2", "Y_Unit_Label\tN\tN", "***End_of_Header***", "X_Value\tForce in\tForce out"]
+    rows = [f"{t}\t{x:.6f}\t{y:.6f}" for t, x, y in zip(T, X, Y, strict=True)]
+    with pytest.raises(SstlError) as said:
+        proposed(tmp_path, "\n".join([*head, *segment, *rows, *segment, *rows]) + "\n")
+    assert f"line {len(head) + len(segment) + len(rows) + 1}" in str(said.value)
+
+
 @pytest.mark.parametrize("columns", ["One", "No"])
 def test_units_and_rate_of_labviews_header_are_read(columns: str, tmp_path: Path) -> None:
     step = float(T[1] - T[0])
