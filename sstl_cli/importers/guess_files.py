@@ -160,6 +160,10 @@ def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int],
             asked.append(f"{values[0]} may be the {label} too: which is it?")
         elif label is None and len(set(values)) > 1 and not takes:
             unknown.append(i)
+    radius = next((i for i, label in labels.items() if label == "config_id" and before(i, columns) == "r"), None)
+    if radius is not None and len(unknown) == 1 and _counts(radius, columns) and not _counts(unknown[0], columns):
+        # 30_r1, 30_r2, 60_r1: what counts beside a number of its own are repeats
+        asked.remove(_doubt(radius, labels.pop(radius), columns))
     given = set(labels.values())
     fixed = _maybe_bends(columns)
     bare = "config_id" not in given and not {"location", "lead_mm"} <= given
@@ -185,9 +189,13 @@ def _named_by(places: list[int], columns: Columns) -> str:
 
 def _repeats(i: int, columns: Columns) -> bool:
     """Return whether a part counts from 0 or 1 on without a gap, and no letter touches it."""
+    return _counts(i, columns) and not (at(i - 1, columns)[-1:].isalpha() or at(i + 1, columns)[:1].isalpha())
+
+
+def _counts(i: int, columns: Columns) -> bool:
+    """Return whether a part counts from 0 or 1 on without a gap."""
     values = {int(v) for v in columns[i] if v.isdigit()}
-    alone = not (at(i - 1, columns)[-1:].isalpha() or at(i + 1, columns)[:1].isalpha())
-    return alone and bool(values) and min(values) in (0, 1) and values == set(range(min(values), max(values) + 1))
+    return bool(values) and min(values) in (0, 1) and values == set(range(min(values), max(values) + 1))
 
 
 def _maybe_bends(columns: Columns) -> list[int]:

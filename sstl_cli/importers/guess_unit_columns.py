@@ -15,12 +15,12 @@ _LINE = re.compile(r"[\W_]*(?:(?:force|load|tension)\s+)?(?:units?|einheit|unite
 
 
 def with_unit_said(found: Sequence[Channel], remarks: Iterable[str]) -> tuple[list[Channel], dict[str, str]]:
-    """Return the columns with the one unit of force that a line above the table tells for all forces of no other unit, which is asked."""
+    """Return the columns with the one unit of force that a line above the table tells for what may be a force of no other unit, which is asked."""
     held = {u for line in remarks if (m := _LINE.fullmatch(line)) and (u := stated_unit(m[1])) and unit_of(u)[0] == "force"}
     if len(held) != 1:
         return list(found), {}
     unit = held.pop()
-    forces = [c.name for c in found if not c.text and (s := _said(c)).tension and not (s.unit or s.strange)]
+    forces = [c.name for c in found if not c.text and _may_be_force(s := _said(c)) and not (s.unit or s.strange)]
     asked = dict.fromkeys(forces, f"a line above the table says that units are {unit}: this one's too?")
     return [replace(c, unit=unit) if c.name in asked else c for c in found], asked
 
@@ -48,6 +48,11 @@ def with_unit_columns(found: Sequence[Channel], cells: Callable[[str], Sequence[
     return [replace(c, unit=stated.get(c.name, c.unit)) for c in found], asked
 
 
+def _may_be_force(s: Said) -> bool:
+    """Return whether a name says a tension, or one side and nothing of what is measured there (``proximal``)."""
+    return s.tension or (bool(s.side) and s.quantity in ("force", "") and s.dimension in ("force", ""))
+
+
 def _said(channel: Channel) -> Said:
     """Return what a column's name says with the unit that stands apart from it: that of ``f_in`` is no inch."""
     return said(channel.name, "" if channel.unit == unit_in(channel.name) else channel.unit)
@@ -65,7 +70,7 @@ def _readings(found: Sequence[Channel], column: str, alone: bool) -> list[Channe
     at = next(i for i, c in enumerate(found) if c.name == column)
     heard = [(c, _said(c)) for c in found if not c.text]
     if side := said(column).side:
-        return [c for c, s in heard if s.side == side and s.quantity in ("force", "") and s.dimension in ("force", "")]
+        return [c for c, s in heard if s.side == side and _may_be_force(s)]
     front = found[at - 1] if at and not found[at - 1].text and said(found[at - 1].name).quantity not in ("time", "index") else None
     forces = [c for c, s in heard if s.tension and not s.unit] if alone else []
     return [*([front] if front is not None else []), *(c for c in forces if c is not front)]

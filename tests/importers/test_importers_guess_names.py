@@ -131,6 +131,13 @@ def test_a_number_beside_a_location_is_asked(stems: list[str]) -> None:
     assert "config_id" in found.labels and ("bending configuration" in found.question or "repeat" in found.question)
 
 
+def test_what_counts_behind_an_r_beside_a_number_of_its_own_are_repeats() -> None:
+    found = name_pattern([f"act_{bend}_r{k}" for bend in (30, 60) for k in (1, 2)])
+    assert "(?P<config_id>\\d+)_" in found.pattern and "r(?P" not in found.pattern and "bending configuration" in found.question
+    # a radius does not count
+    assert "r(?P<config_id>" in name_pattern([f"act_{k}_r{bend}" for bend in (30, 60) for k in (1, 2)]).pattern
+
+
 @pytest.mark.parametrize(
     "stem", ["CP_40deg_act", "CP_bend40_act", "CP_cfg2_act", "CP_040_act_run1", "CP_run1_act", "NP_act_2024-05-02_140311"]
 )

@@ -69,6 +69,11 @@ def test_a_line_above_the_table_proposes_the_unit_of_forces_that_state_none(line
     assert {q.target for q in proposal.questions} == {"tension_in_n", "tension_out_n"}
 
 
+def test_such_a_line_is_of_columns_that_name_nothing_but_their_side_too(tmp_path: Path) -> None:
+    proposal = found(tmp_path, "# units: lbf\nTime (s),proximal,distal,temperature\n" + rows(T, X, Y, X))
+    assert unit(proposal, "tension_in_n") == unit(proposal, "tension_out_n") == "lbf"
+
+
 @pytest.mark.parametrize("line", ["# Units: lb", "# Units: mm", "# unit 3, bench 2"])
 def test_such_a_line_does_not_touch_forces_that_state_their_unit(line: str, tmp_path: Path) -> None:
     proposal = found(tmp_path, f"{line}\nTime (s),Fin (N),Fout (N)\n" + rows(T, X, Y))
