@@ -38,6 +38,15 @@ def test_an_input_that_is_but_noise_moves_no_output(seed, share):
     said = gate.remarks([replace(r, tension_in_n=x), moving(8, movement=seed), moving(9, movement=seed)])
     assert said[0].rule in ("unrelated", "odd_run") and said[0].run_ids == (r.run_id,) and "unrelated" in [s.rule for s in said]
     assert not {"zero", "time_unit"} & {s.rule for s in said}
+    assert "noise about a constant" in next(s.sentence for s in said if s.rule == "unrelated")
+
+
+def test_an_input_that_is_but_noise_is_no_fault_of_its_reference():
+    runs = [moving(s, movement=s, noise=1e-3) for s in range(6)]
+    runs = [replace(r, tension_ref_n=moving(9, movement=s).tension_in_n) for s, r in enumerate(runs)]
+    still = np.random.default_rng(1).normal(12.0, 0.025, N)
+    assert "reference" in rules([replace(runs[0], tension_in_n=runs[1].tension_in_n), *runs[1:]])
+    assert "reference" not in rules([replace(runs[0], tension_in_n=still), *runs[1:]])
 
 
 @pytest.mark.parametrize("seed", range(4))

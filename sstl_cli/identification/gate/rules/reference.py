@@ -55,8 +55,8 @@ def _exchanged(e: Evidence, reads: float) -> bool:
 
 def _foreign(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield the one run whose input does not go the way of its reference, as that of every other run does."""
-    # of a gap that was filled the reference knows nothing
-    hit = [e for e in log if e.reference_left > LEFT and not e.filled.length_s]
+    # of a gap that was filled, and of a sensor that shows nothing, the reference knows nothing
+    hit = [e for e in log if e.reference_left > LEFT and not e.filled.length_s and not e.but_noise(0)]
     if len(hit) == 1 and len(log) > FEW:
         left = hit[0].reference_left
         yield Remark(

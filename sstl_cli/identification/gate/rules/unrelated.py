@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from sstl_cli.identification.gate.evidence import MOST_WRAP, Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.dead import lost_by
+from sstl_cli.identification.gate.units import column_line
 
 RULE, RANK = "unrelated", 48
 # rules that say why an output does not follow as it stands
@@ -28,7 +29,16 @@ SIGN = 0.6
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output moves, but not as any friction would move it."""
-    hit = [e for e in log if unrelated(e)]
+    every = [e for e in log if unrelated(e)]
+    still, hit = [e for e in every if e.but_noise(0)], [e for e in every if not e.but_noise(0)]
+    if still:
+        e = max(still, key=lambda e: e.ranges[1].span)
+        yield Remark(
+            tuple(e.run_id for e in still), RULE, "remark", e.ranges[1].span, "N",
+            f"{names([e.run_id for e in still])}: the input is noise about a constant ({e.ranges[0].middle:.3g} N) while the output moves by "
+            f"{e.ranges[1].span:.3g} N, which nothing but the input drives; the input's sensor is probably dead or not connected, or input and output come from different recordings",
+            column_line(0),
+        )  # fmt: skip
     if hit:
         number = min(explained_by(e) for e in hit)
         yield Remark(
