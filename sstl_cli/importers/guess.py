@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import Layout, detect
 from sstl_cli.importers.finder import Recording
-from sstl_cli.importers.guess_files import Named, name_pattern, shared_labels, side_of, side_words, taken
+from sstl_cli.importers.guess_files import Named, name_pattern, shared_labels, side_of, side_words, taken, with_folders
 from sstl_cli.importers.guess_left import not_mapped
 from sstl_cli.importers.guess_look import Look, look_at, moves
 from sstl_cli.importers.guess_marks import asking
@@ -66,7 +66,7 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     rows = isinstance(look.format, JoinedRows)
     stems = [p.stem for p in paths]
     # of rows side by side the names of the files are those of the channels
-    named = _pair_labels(looks, pair) if pair is not None else shared_labels(stems) if rows else name_pattern(stems)
+    named = _pair_labels(looks, pair) if pair is not None else shared_labels(stems) if rows else with_folders(name_pattern(stems), paths)
     if named.reason:
         reasons.append(named.reason)
     toml = written(

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
+from pathlib import Path
 
 from sstl_cli.importers.guess_parts import LETTERS, TRIAL, Columns, at, before, next_word, next_words
 from sstl_cli.importers.guess_system import names_systems, no_system
@@ -44,6 +46,8 @@ _TURNS = words("roll pitch yaw twist tilt tip rot rotation torsion phase knob")
 _DECIMAL = words("p d pt point dot komma comma ,")
 _LENGTHS = words("inch inches zoll cm")
 _NO_BEND = _COUNTED | TRIAL | _MOTIONS | _TURNS | _DENIES | REFERENCE | set(QUANTITY_OF) | set(SIDE_OF) | set(SYSTEM_OF)
+# folders that a question names
+_SHOWN = 3
 # a number with more digits is a date or the count of a recorder
 _BEND_DIGITS = 3
 
@@ -119,6 +123,23 @@ def _shape(i: int, columns: Columns) -> str:
     together = any(at(k, columns)[:1].isalpha() for k in (i - 1, i + 1))
     shapes = ("[a-z]+", "[A-Z][a-z]+") if together else ()
     return next((shape for shape in shapes if all(re.fullmatch(shape, v) for v in columns[i])), "[A-Za-z]+")
+
+
+def with_folders(named: Named, paths: Sequence[Path]) -> Named:
+    """Return the labels of files with their folders as configurations where files of one name lie in several and nothing else tells it, which is asked.
+
+    Examples
+    --------
+    >>> with_folders(Named(), [Path("bend30/a.csv"), Path("bend60/a.csv")]).constants
+    (('config_id', '{folder}'),)
+    """
+    folders = sorted({p.absolute().parent.name for p in paths})
+    told = {*named.labels, *dict(named.constants)}
+    if len({p.name for p in paths}) == len(paths) or len(folders) < 2 or told & {"config_id", "lead_mm"}:
+        return named
+    question = f"does the folder ({', '.join(folders[:_SHOWN])}) tell the bending configuration? If not, take config_id out"
+    asked = "; ".join(filter(None, (named.question, question)))
+    return replace(named, question=asked, constants=(*named.constants, ("config_id", "{folder}")))
 
 
 def shared_labels(stems: list[str]) -> Named:

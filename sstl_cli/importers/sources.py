@@ -97,7 +97,7 @@ def labels_of(path: Path, mapping: Mapping, manifest: dict[str, Labels]) -> Labe
     SstlError
         If the name does not fit the pattern, or the manifest does not list the file.
     """
-    labels: Labels = {"stem": stem(path), "file": path.name}
+    labels: Labels = {"stem": stem(path), "file": path.name, "folder": path.absolute().parent.name}
     if mapping.file_name is not None:
         [found] = search(mapping.file_name, [path.name])
         if found is None:

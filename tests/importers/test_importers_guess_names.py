@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -129,6 +130,22 @@ def test_of_several_names_one_that_denies_the_label_is_enough() -> None:
 def test_a_number_beside_a_location_is_asked(stems: list[str]) -> None:
     found = name_pattern(stems)
     assert "config_id" in found.labels and ("bending configuration" in found.question or "repeat" in found.question)
+
+
+@pytest.mark.parametrize("stems", [("act", "sstl"), ("log",)])
+def test_folders_of_files_of_one_name_may_tell_the_configuration(stems: tuple[str, ...], tmp_path: Path) -> None:
+    files = []
+    for bend in ("bend30", "bend60"):
+        (tmp_path / bend).mkdir()
+        files += written(tmp_path / bend, list(stems))
+    found = guess(files)
+    assert any("does the folder (bend30, bend60) tell the bending configuration" in q.text for q in found.questions)
+    mapping = tmp_path / "m.toml"
+    mapping.write_text(re.sub(r"  # \(\?\).*", "", found.toml), encoding="utf-8")
+    runs = list(run(files, read_mapping(mapping)).runs)
+    assert sorted(r.config_id for r in runs) == sorted(["bend30", "bend60"] * len(stems))
+    # one folder, or names that tell more
+    assert not any("folder" in q.text for q in guess(files[: len(stems)]).questions)
 
 
 def test_what_counts_behind_an_r_beside_a_number_of_its_own_are_repeats() -> None:
