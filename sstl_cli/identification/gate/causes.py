@@ -7,7 +7,7 @@ of the output is compared with what friction alone leaves: only a slip that the 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +24,8 @@ FRICTION, GAIN, SPEED, SLOW = (0, 2), (0, 2, 1), (0, 1, 2, 5), (0, 1, 2, LAG)
 ZERO_IN, ZERO_OUT, CREEP = (0, 3), (0, 4), (0, 1, 2, CREEPS)
 GAIN_BESIDE, GAIN_BESIDE_IN = (0, 2, 4, 1), (0, 2, 3, 1)
 GAIN_OUT_FROM, GAIN_IN_FROM, ZERO_OUT_FROM, ZERO_IN_FROM = (0, 2, 4, 7), (0, 2, 4, 8), (0, 2, 4, 9), (0, 2, 4, 10)
+# times what the best explanation leaves that another one may leave to be as likely
+APIECE = 2.0
 # part of a run that an output may be moved by for what is left to count: what lies beyond its ends is not compared
 MOVED = 0.2
 # first guess of the spread of the strands' friction
@@ -122,9 +124,9 @@ class Causes:
         """Return friction alone, that by speed and that which fades, and with each slip that leaves the order of the samples as it is."""
         return self.friction, self.gain, self.zero_in, self.zero_out, self.moved, self.slow, self.speed, self.creep, self.fading
 
-    def likely(self, apiece: float) -> tuple[Cause, ...]:
-        """Return the slips, friction alone among them, that leave but noise, or at most ``apiece`` times what the best of them leaves beyond it."""
-        known = [c for c in self.slips if math.isfinite(c.rms_n)]
+    def likely(self, apiece: float, among: Iterable[Cause] | None = None) -> tuple[Cause, ...]:
+        """Return those of several explanations (of all slips, friction alone among them) that leave but noise, or at most ``apiece`` times what the best of them leaves beyond it."""
+        known = [c for c in (self.slips if among is None else among) if math.isfinite(c.rms_n)]
         least = min((self.left(c.rms_n) for c in known), default=0.0)
         return tuple(c for c in known if self.noise_alone(c.rms_n) or self.left(c.rms_n) <= apiece * least)
 

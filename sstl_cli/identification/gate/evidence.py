@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from sstl_cli.identification.gate.ahead import Ahead
 from sstl_cli.identification.gate.beside import Standstill
-from sstl_cli.identification.gate.causes import Cause, Causes
+from sstl_cli.identification.gate.causes import APIECE, Cause, Causes
 from sstl_cli.identification.gate.clock_rate import ClockRate
 from sstl_cli.identification.gate.curves import Curve
 from sstl_cli.identification.gate.dropouts import Dropouts
@@ -30,8 +30,6 @@ PULLED = 0.5
 PULLED_FROM = 0.12
 # part of the output's span that friction may leave for its size to be known to some percent, and how far (logarithm) any slip beside it may move that
 ABOUT_LEFT, ABOUT = 0.03, 0.2
-# times what a slip leaves that a law of friction may leave for its size to be believed
-APIECE = 2.0
 # what friction that fades may leave of what a bundle of plays leaves for its lines not to be believed
 FADES = 0.3
 # what sound sensors may add to a law: logarithm of their gain, and their zero (N, and as a part of the span)
@@ -218,11 +216,9 @@ class Evidence:
         zero_n = min(SOUND_ZERO_N, SOUND_ZERO * self.ranges[0].span)
         sound = [c.friction, c.speed, c.fading]
         sound += [v for v, most in ((c.gain, SOUND_GAIN), (c.zero_in, zero_n), (c.zero_out, zero_n)) if abs(v.size) < most]
-        sound = [v for v in sound if math.isfinite(v.rms_n) and v.wrap > 0.0]
-        least = min((c.left(v.rms_n) for v in sound), default=0.0)
-        told = [v.wrap for v in sound if c.noise_alone(v.rms_n) or c.left(v.rms_n) <= APIECE * least]
+        likely = c.likely(APIECE, (v for v in sound if v.wrap > 0.0))
         # speed adds from nothing at the turns to all of it in between
-        told += [v.wrap * (1.0 + 0.5 * v.size) for v in (c.speed,) if v in sound and v.wrap in told]
+        told = [v.wrap for v in likely] + [v.wrap * (1.0 + 0.5 * v.size) for v in likely if v is c.speed]
         return (min(told), max(told)) if told else (self.wrap_about, self.wrap_about)
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from sstl_cli.identification.gate.causes import Causes
+from sstl_cli.identification.gate.causes import APIECE, Causes
 from sstl_cli.identification.gate.playfit import PlayFit
 
 # residual over noise of a play operator that leaves nothing
@@ -15,9 +15,7 @@ AGREED_EXPLAINED, AGREED_SHARE, AGREED_APART, LEAST_REACH = 0.97, 0.03, 0.15, 0.
 ACROSS = 8.0
 # part of n theta by which free lines may differ from those of friction (alone, or with one slip)
 HELD, HELD_LEAST = 0.3, 0.1
-# times what the best explanation leaves that another one may leave to speak for lines
-APIECE = 2.0
-# and difference of the logarithms of their gains
+# difference of the logarithms of their gains
 SCALED = 0.25
 
 
