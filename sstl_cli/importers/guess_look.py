@@ -36,6 +36,8 @@ from sstl_cli.importers.text_layout import layout_of
 Array = NDArray[np.float64]
 MAX_ROWS = 20_000
 MAX_COLUMNS = 64
+# of a cell in a question
+SHOWN = 40
 # formats whose columns stand as they were written
 TABLES = ("text", "parquet")
 # names of the columns of a long table: which channel a reading is of, and the reading
@@ -104,7 +106,8 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     texts = [c.name for c in found if c.text and said(c.name).quantity == "time"]
     own = {c.name: c.time for c in channels if c.time and c.time != c.name}
     stated = _stamps(chosen, path, texts) or _rate(chosen, path, found)
-    time = guess_time(names, one, texts, stated)
+    unread = [f"'{n}' holds {printable(held[0][:SHOWN])!r}" for n in texts if (held := _first_texts(chosen, path, n)[0])]
+    time = guess_time(names, one, unread, stated)
     moving = [s for s in names if s.name in data and s.name not in (time.channel, time.fraction) and moves(data[s.name])]
     _refuse_long(chosen, path, found, {s: data[s.name] for s in moving})
     roles = guess_roles(moving, data)

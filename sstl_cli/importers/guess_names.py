@@ -8,6 +8,7 @@ from itertools import pairwise
 
 from sstl_cli.core.units import is_unit, unit_of
 from sstl_cli.importers.guess_words import (
+    BRIDGE,
     DIMENSIONS,
     ELSE,
     NOT_MEASURED,
@@ -22,6 +23,7 @@ from sstl_cli.importers.guess_words import (
     STRANGE,
     UNIT_CELLS,
     UNIT_WORDS,
+    as_volts,
     unaccented,
 )
 
@@ -103,7 +105,9 @@ class Said:
     @property
     def tension(self) -> bool:
         """Whether this is a measured force: by its unit, or by its name and no unit of something else."""
-        if self.reference or "/" in self.strange or _bare(self.strange) in ELSE or self.quantity in ("current", "other", "time", "index"):
+        # a bridge's mV/V is that of a load cell; other ratios are none of a force
+        ratio = "/" in self.strange and _bare(self.strange) not in BRIDGE
+        if self.reference or ratio or _bare(self.strange) in ELSE or self.quantity in ("current", "other", "time", "index"):
             return False
         if self.dimension == "force":
             return True
@@ -125,10 +129,11 @@ def said(name: str, stated: str = "") -> Said:
     ('force', 'out', 'N')
     """
     unit, strange = _unit(stated) if stated else ("", "")
+    text = as_volts(name)
     # the ports of a block diagram are no side of a transmission
-    plain = re.sub(r"[/.](?:Out|In)\d*(?=\s*(?:[\[(][^\[\]()]*[\])])?$)", "", name)
+    plain = re.sub(r"[/.](?:Out|In)\d*(?=\s*(?:[\[(][^\[\]()]*[\])])?$)", "", text)
     plain = _SERIAL.sub(" ", plain)
-    for found in _BRACKETS.finditer(name):
+    for found in _BRACKETS.finditer(text):
         inside = found[1].strip()
         known, odd = _unit(inside)
         if inside in ("C", "K", "F") and re.match("t(?![a-z])", name, re.IGNORECASE):
@@ -193,7 +198,7 @@ def _strained(words: tuple[str, ...]) -> bool:
 
 def _unit(text: str) -> tuple[str, str]:
     """Return a known unit, or the text of a strange one, or neither."""
-    text = text.strip().strip(".")
+    text = as_volts(text).strip().strip(".")
     text = re.sub(r"^(in|en)\s+", "", text)
     if is_unit(text) and text != "in":
         return text, ""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.units import is_unit, unit_of
 from sstl_cli.importers.guess_words import UNIT_WORDS
+from sstl_cli.importers.stamp_words import in_numbers
 
 Array = NDArray[np.float64]
 # of stamps, in usual steps: a longer one is a gap
@@ -21,9 +22,10 @@ DAY_S, HOUR_S = 86_400.0, 3_600.0
 _SPOKEN = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*([^\W\d_]+)\.?")
 # minutes and seconds as spreadsheets show them; a time of day would have no fraction there
 MINUTES = re.compile(r"(\d{1,3}):(\d\d[.,]\d+)")
-# a time of day, or one since the start; a date may stand in front of it
+# a time of day, or one since the start; a date may stand in front of it; 14 h is none of the morning
 CLOCK = re.compile(
-    r"(?:(\d{1,4})([./-])(\d{1,2})\2(\d{1,4})(?:[T ]|, ?)\s*)?(\d{1,3}):(\d\d):(\d\d(?:[.,:]\d+)?)(?:\s*([ap])\.?m\.?)?", re.IGNORECASE
+    r"(?:(\d{1,4})([./-])(\d{1,2})\2(\d{1,4})(?:[T ]|, ?)\s*)?(?!(?:1[3-9]|2\d)\S*\s*a)(\d{1,3}):(\d\d):(\d\d(?:[.,:]\d+)?)(?:\s*([ap])\.?m\.?)?",
+    re.IGNORECASE,
 )
 _DATE = re.compile(r"\s*\d+[./-]\d+[./-]\d")
 # which of a date's three numbers are year, month and day
@@ -83,7 +85,7 @@ def _steps(seconds: Array) -> Array | None:
 
 def _seconds(texts: Sequence[str]) -> list[Array]:
     """Return stamps in s by each way to read them, an empty list where one is none."""
-    texts = [t.strip() for t in texts]
+    texts = [t if CLOCK.fullmatch(t) else in_numbers(t) for t in map(str.strip, texts)]
     numbers = [_SPOKEN.fullmatch(t) for t in texts]
     spoken = [_number(m[1]) * unit_of(UNIT_WORDS.get(m[2].lower(), m[2]))[1] for m in numbers if m and is_time(m[2])]
     if len(spoken) == len(texts):

@@ -65,7 +65,7 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
     data : dict
         First samples of each channel, shape (n,).
     texts : list of str
-        Names of the channels that hold text.
+        What stands in the channels that are named as a clock and hold text.
     stated : Stated, optional
         The sampling period that one of these tells, or the header.
     """
@@ -103,7 +103,7 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
     if steady:
         told = _ms_or_s(data[steady[0].name], names, data, stated)
         return _of(steady[0], data[steady[0].name], reasons, told, stated, sure=_named_epoch(steady[0], data[steady[0].name]))
-    hint = f" ('{texts[0]}' holds text)" if texts else ""
+    hint = f" ({texts[0]}, no time in a form that is known: write 2024-05-03 14:05:06.120, or the seconds)" if texts else ""
     if stated is not None:
         return _by_rate(stated, reasons)
     reasons.append(f"no channel with numbers runs forward like time{hint}: give the sampling rate")

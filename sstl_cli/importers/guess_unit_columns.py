@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
-from sstl_cli.core.units import unit_of
+from sstl_cli.core.units import is_unit, unit_of
 from sstl_cli.importers.base import Channel
 from sstl_cli.importers.guess_names import Said, said
 from sstl_cli.importers.text_header import UNIT_ROWS, stated_unit, unit_in
@@ -43,7 +43,7 @@ def with_unit_columns(found: Sequence[Channel], cells: Callable[[str], Sequence[
             stated[one.name] = held[0]
             if len(held) > 1:
                 asked[one.name] = f"'{column}' says {' and '.join(held)}: the unit changes from row to row, write all of it in one"
-            elif one.unit and one.unit != unit_in(one.name) and unit_of(one.unit) != unit_of(held[0]):
+            elif is_unit(one.unit) and one.unit != unit_in(one.name) and unit_of(one.unit) != unit_of(held[0]):
                 asked[one.name] = f"'{column}' says {held[0]}, the header {one.unit}: which is it?"
     return [replace(c, unit=stated.get(c.name, c.unit)) for c in found], asked
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import unicodedata
+
+# V DC, Vdc, mVDC, V(AC): volts, of whatever kind
+_VOLTS = re.compile(r"(?<![^\W\d_])([mkuµμ]?)(?:V[ _]?(?:\((?:DC|AC)\)|(?:DC|AC))|(?:DC|AC)[ _]?V)(?![^\W\d_])", re.IGNORECASE)
 
 
 def unaccented(text: str) -> str:
@@ -14,6 +18,17 @@ def unaccented(text: str) -> str:
     'Krummung'
     """
     return "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
+
+
+def as_volts(text: str) -> str:
+    """Return a text in which volts of direct or alternating voltage are V.
+
+    Examples
+    --------
+    >>> [as_volts(t) for t in ("Fin (VDC)", "Fout_Vdc", "101 <F> (V DC)", "mV DC", "vacuum")]
+    ['Fin (V)', 'Fout_V', '101 <F> (V)', 'mV', 'vacuum']
+    """
+    return _VOLTS.sub(r"\1V", text)
 
 
 def words(text: str) -> frozenset[str]:
@@ -195,8 +210,10 @@ DIMENSIONS = words(
 )
 # units of something else, which no sensor's gain turns into a tension
 ELSE = words("a ma mw nm ncm nmm mnm knm degc degf degk celsius rpm hz")
+# of a load cell read as a ratio
+BRIDGE = words("mv/v uv/v v/v")
 # units that are no force, and that no factor known here turns into one
-STRANGE = ELSE | words("% percent pct prozent fs mv/v au arb norm pu")
+STRANGE = ELSE | BRIDGE | words("% percent pct prozent fs au arb norm pu")
 # of Chinese, Japanese and Korean, which write no blanks: the longest first
 SIGNS = {
     "输入": "input", "入力": "input", "近端": "proximal", "输出": "output", "出力": "output", "远端": "distal", "遠端": "distal",
@@ -209,5 +226,6 @@ SIGNS = {
     "推定": "estimate", "估计": "estimate", "仿真": "simulated", "計算": "computed", "理論": "theory",
     "设定": "setpoint", "設定": "setpoint", "给定": "setpoint", "期望": "desired", "설정": "setpoint", "목표": "target", "지령": "command",
     "峰值": "peak", "ピーク": "peak", "最大": "max", "最小": "min", "微分": "derivative", "均方根": "rms", "有效值": "rms", "実効値": "rms",
+    "上午": "am", "午前": "am", "오전": "am", "下午": "pm", "午後": "pm", "午后": "pm", "오후": "pm",
     "力": "force",
 }  # fmt: skip

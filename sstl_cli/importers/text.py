@@ -304,5 +304,5 @@ def _strings(column: pa.ChunkedArray) -> pa.Array:
     try:
         return raw.cast(pa.string())
     except pa.ArrowInvalid:
-        # labels in an older encoding, or damaged: shown as well as they can be
-        return pa.array([v if v is None else v.decode("utf-8", "replace") for v in raw.to_pylist()], pa.string())
+        # labels and times in an older encoding, or damaged: read as the header is
+        return pa.array([v if v is None else as_text(v) for v in raw.to_pylist()], pa.string())

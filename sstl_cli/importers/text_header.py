@@ -9,7 +9,7 @@ from pathlib import Path
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.units import is_unit
-from sstl_cli.importers.guess_words import STRANGE, UNIT_CELLS, unaccented, words
+from sstl_cli.importers.guess_words import STRANGE, UNIT_CELLS, as_volts, unaccented, words
 from sstl_cli.importers.text_cells import SPACES, cut, is_missing, is_number
 
 COMMENTS = ("#", "%", "//")
@@ -151,7 +151,7 @@ def _is_table(rows: list[list[str]]) -> bool:
 
 def unit_in(name: str) -> str:
     """Return the unit written in a column name, as in ``Force [N]`` or ``time_ms`` (empty if none)."""
-    found = _UNIT_IN_NAME.match(name)
+    found = _UNIT_IN_NAME.match(as_volts(name))
     if not found:
         return ""
     unit = found.group(2)
@@ -169,7 +169,7 @@ def _row_of_units(names: list[str], units: list[str]) -> bool:
 
 def stated_unit(cell: str) -> str | None:
     """Return the unit that a cell of a row of units states, '' for one of something else or none, None where it is a name."""
-    unit = cell.strip().strip("[]()").strip()
+    unit = as_volts(cell.strip().strip("[]()").strip())
     if (spoken := _SPOKEN.fullmatch(unit)) and _folded(spoken[1]) in UNIT_ROWS:
         unit = spoken[2].strip()
     # "in N", as one says it in German and French
@@ -207,7 +207,8 @@ def names_and_units(head: list[str], first: list[str], delimiter: str, path: Pat
         # a log as export writes it, whose output may be in any unit
         return tuple(fitting[-2]), tuple(fitting[-1]), True
     names, below = _chosen(fitting, [i for i, c in enumerate(first) if is_number(c)])
-    units = [stated_unit(c) or "" for c in below] + [""] * (width - len(below))
+    # a ratio is no volt, and never newtons
+    units = [stated_unit(c) or (c.strip("[]() ") if "/" in c and stated_unit(c) == "" else "") for c in below] + [""] * (width - len(below))
     full = [name or plain[i] for i, name in enumerate([*names, *[""] * (width - len(names))])]
     return numbered(full), tuple(u or unit_in(n) for u, n in zip(units, full, strict=True)), True
 

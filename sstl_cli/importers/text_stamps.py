@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from datetime import UTC, date, datetime
 
@@ -10,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.importers.guess_stamps import CLOCK, DAY_S, HOUR_S, MINUTES, date_orders, of_day
+from sstl_cli.importers.stamp_words import in_numbers
 
 Array = NDArray[np.float64]
 _EPOCH = date(1970, 1, 1).toordinal()
-# 14-May-2024 10:22:33, as MATLAB writes it
-_MONTH = re.compile(r"(\d{1,2})[- ]([A-Za-z]{3})[a-z]*[- ](\d{4})(?=[ T])")
-_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 
 
 class StampReader:
@@ -41,10 +38,8 @@ class StampReader:
     def _one(self, cell: str) -> float:
         if not cell:
             return np.nan
-        if named := _MONTH.match(cell):
-            month = _MONTHS.index(named[2].lower()) + 1 if named[2].lower() in _MONTHS else 0
-            cell = f"{named[3]}-{month:02d}-{int(named[1]):02d}{cell[named.end() :]}"
-        if m := CLOCK.fullmatch(cell):
+        # other ways to write it are looked for only where this one is not
+        if m := CLOCK.fullmatch(cell) or CLOCK.fullmatch(in_numbers(cell)):
             return self._of_date((m[1], m[3], m[4]), m[2]) + of_day(m) if m[1] else self._running(of_day(m))
         if m := MINUTES.fullmatch(cell):
             return self._running(60.0 * int(m[1]) + float(m[2].replace(",", ".")), HOUR_S)

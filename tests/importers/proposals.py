@@ -8,8 +8,8 @@ from pathlib import Path
 from sstl_cli.importers.guess import Guess, guess
 
 
-def proposed(path: Path, text: str) -> tuple[dict[str, dict[str, object]], Guess]:
+def proposed(path: Path, text: str, encoding: str = "utf-8") -> tuple[dict[str, dict[str, object]], Guess]:
     """Return the proposed columns of a file with this text, and all of the proposal."""
-    path.write_text(text)
+    path.write_text(text, encoding)
     found = guess([path])
     return tomllib.loads(found.toml)["columns"], found

@@ -59,3 +59,17 @@ def test_a_cell_where_the_tendon_comes_back_is_named(names: tuple[str, ...], tmp
 
 def test_a_force_in_the_middle_is_no_question(tmp_path: Path) -> None:
     assert not proposed(tmp_path, "F_in (N)", "F_mid (N)", "F_out (N)").questions
+
+
+@pytest.mark.parametrize("unit", ["(VDC)", "[V DC]", "_Vdc", "(V(DC))"])
+def test_volts_of_a_direct_voltage_are_no_newtons(unit: str, tmp_path: Path) -> None:
+    questions = proposed(tmp_path, f"Fin {unit}", f"Fout {unit}").questions
+    assert [q.target for q in questions] == ["tension_in_n", "tension_out_n"]
+    assert all('unit = "V"' in q.text and "gain = N per V" in q.text for q in questions)
+
+
+@pytest.mark.parametrize("head", ["Time (s),Fin (mV/V),Fout (mV/V)\n", "Time,Fin,Fout\ns,mV/V,mV/V\n"])
+def test_a_ratio_of_volts_needs_a_unit_of_its_own(head: str, tmp_path: Path) -> None:
+    (tmp_path / "act.csv").write_text(head + rows(T, X, Y))
+    questions = guess([tmp_path / "act.csv"]).questions
+    assert all('unit = "mV/V"' in q.text and "define it in [units]" in q.text for q in questions) and len(questions) == 2
