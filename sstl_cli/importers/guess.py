@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import Layout, detect
 from sstl_cli.importers.finder import Recording
+from sstl_cli.importers.guess_dropouts import with_dropouts
 from sstl_cli.importers.guess_files import Named, name_pattern, shared_labels, side_of, side_words, taken, with_folders
 from sstl_cli.importers.guess_left import not_mapped
 from sstl_cli.importers.guess_look import Look, look_at, moves
@@ -85,6 +86,8 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
         )
     )
     toml = toml + '\n[files]\nmerge = "rows"\n' if rows else toml
+    toml, why = with_dropouts(toml, look) if pair is None else (toml, ())
+    reasons += why
     # an import reads every file that has the columns, whatever else it has
     covered = [x for x in looks if look.used <= set(x.channels)]
     toml = with_doubts(toml, look, covered) if pair is None else with_doubts_of_pairs(toml, pair)

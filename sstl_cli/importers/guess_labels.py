@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os.path
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -28,6 +29,7 @@ LABEL_OF = {
 }
 # fewer samples tell nothing of a clock
 LEAST_ROWS = 10
+_PARTS = re.compile(r"[A-Za-z]+|\d+|[^A-Za-z\d]+")
 _ELEMENT = re.compile(r"((.*)\((\d+)\)\.)([^()]+)")
 
 
@@ -162,13 +164,15 @@ def rows_of_first(labels: tuple[LabelColumn, ...], values: dict[str, list[str]])
     return min(changes) if changes and min(changes) >= LEAST_ROWS else None
 
 
-def runs_in(names: list[str]) -> tuple[str, str]:
-    r"""Return the prefix of the first run and the pattern of all, where the elements of a struct array each hold a whole run; else two empty texts.
+def runs_in(names: list[str], stem: str = "") -> tuple[str, str]:
+    r"""Return the prefix of the first run and the pattern of all, where the elements of a struct array each hold a whole run, or all is called after the file.
 
     Examples
     --------
     >>> runs_in(["r(1).time", "r(1).Fin", "r(1).Fout", "r(2).time", "r(2).Fin", "r(2).Fout"])
     ('r(1).', 'r\\(\\d+\\)\\.')
+    >>> runs_in(["act_bend30.t", "act_bend30.Fin"], "act_bend30"), runs_in(["log.t", "log.Fin"], "act_bend30")
+    (('act_bend30.', '[A-Za-z]+_[A-Za-z]+\\d+\\.'), ('', ''))
     """
     held: dict[str, dict[str, list[str]]] = {}
     for found in filter(None, map(_ELEMENT.fullmatch, names)):
@@ -180,4 +184,20 @@ def runs_in(names: list[str]) -> tuple[str, str]:
         whole = any(s.quantity == "time" for s in known) and {"in", "out"} <= {s.side for s in known if s.tension}
         if len(tails) > 1 and whole and all(set(t) == set(tails[0]) for t in tails):
             return next(iter(elements)), re.escape(array) + r"\(\d+\)\."
-    return "", ""
+    head = _called_after(names, stem)
+    shapes = ("[A-Za-z]+" if p[0].isalpha() else r"\d+" if p[0].isdigit() else re.escape(p) for p in _PARTS.findall(head))
+    return head, "".join(shapes)
+
+
+def _called_after(names: list[str], stem: str) -> str:
+    """Return what stands in front of all channels where it is the name of the file, or a part of it with a number, an empty text where it is not."""
+    shared = os.path.commonprefix(names) if len(names) > 1 else ""
+    variable = re.match(r"\w*", shared, re.ASCII)
+    # MATLAB's variables begin with a letter, and hold no other signs
+    own, file = ([p.lower() for p in _PARTS.findall(t) if p.isalnum()] for t in (variable[0].removeprefix("x") if variable else "", stem))
+    at = next((k for k in range(len(own), 0, -1) if own[:k] in (file[i : i + k] for i in range(len(file)))), 0)
+    if not at or (own[:at] != file and not any(map(str.isdigit, own[:at]))):
+        return ""
+    parts = re.match(r"x?" + r"[^A-Za-z0-9]*".join(map(re.escape, own[:at])) + r"[_./:]*", shared, re.IGNORECASE)
+    # of rec_1 in rec.mat the number goes on; one of the names may be that of the file itself
+    return parts[0] if parts and not any(n[parts.end() :][:1].isdigit() or n == parts[0] for n in names) else ""

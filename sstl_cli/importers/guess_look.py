@@ -78,7 +78,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     """Return what a file seems to hold, of a format that is given or found; SstlError where it cannot be read or has no two numeric channels."""
     chosen = as_ or detect(path, wanted)
     found = chosen.channels(path, Layout())
-    prefix, runs = runs_in([c.name for c in found])
+    prefix, runs = runs_in([c.name for c in found], path.stem if chosen.ID not in TABLES and as_ is None else "")
     found = [c for c in found if c.name.startswith(prefix)]
     found, doubts = _with_units(chosen, path, found)
     channels = [c for c in found if not c.text][:MAX_COLUMNS]
@@ -104,7 +104,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     one = {n: v[:first] for n, v in data.items()}
     names = [_clock_if_forward(s, one.get(s.name)) for s in names]
     texts = [c.name for c in found if c.text and said(c.name).quantity == "time"]
-    own = {c.name: c.time for c in channels if c.time and c.time != c.name}
+    own = {c.name: c.time.removeprefix(prefix) for c in channels if c.time and c.time.removeprefix(prefix) != c.name}
     stated = _stamps(chosen, path, texts) or _rate(chosen, path, found)
     unread = [f"'{n}' holds {printable(held[0][:SHOWN])!r}" for n in texts if (held := _first_texts(chosen, path, n)[0])]
     time = guess_time(names, one, unread, stated)

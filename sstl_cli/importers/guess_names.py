@@ -250,6 +250,9 @@ def _meaning(words: tuple[str, ...]) -> tuple[str, str, bool]:
         # of a ROS message, wherever it was sent from
         sides = [SIDE_OF[w] for w in words if w in SIDE_OF]
         return ("time" if "stamp" in words else "index"), (sides[0] if len(set(sides)) == 1 else ""), False
+    # of a ROS message of that name the field says what it holds
+    message = {i for i, pair in enumerate(pairwise(words)) if pair in (("joint", "state"), ("joint", "states"))}
+    words = tuple(w for i, w in enumerate(words) if not {i, i - 1} & message)
     for i, word in enumerate(words):
         kind = QUANTITY_OF.get(word, "")
         side = SIDE_OF.get(word, "") or ("out" if words[i : i + 2] == ("load", "side") else "")

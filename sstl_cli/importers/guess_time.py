@@ -261,8 +261,8 @@ def _rounded(best: Said, names: list[Said], data: dict[str, Array]) -> Stated | 
 
 def _odd(best: Said) -> str:
     """Return what a clock's name says beside time and its unit: a bracket that is no unit of time, a factor, another word (empty: nothing)."""
-    # data[2] is the second column of data, and X(1).Data a field of the first X
-    name = re.sub(r"(?<=\w)(?:\[\d+\]$|\(\d+\)(?=\.))", "", best.name)
+    # data[2], or [2] of a matrix called after its file, is the second column, and X(1).Data a field of the first X
+    name = re.sub(r"(?:^|(?<=\w))(?:\[\d+\]$|\(\d+\)(?=\.))", "", best.name)
     brackets = re.findall(r"[\[({<]([^\[\](){}<>]*)[\])}>]", name)
     unknown = next((b for b in brackets if b.strip() and not _unit_of_time(b, best)), "")
     factor = re.search(r"(?:[*×/]|(?<![A-Za-z])x)\s*\d+(?![\w/])", best.name)

@@ -80,6 +80,8 @@ class Splitter:
                     self.counts.blank(name, int(wrong.sum()))
             if name in REQUIRED:
                 lost |= np.isnan(values)
+            elif self.policy.repair.dropouts == "interpolate":
+                chunk.signals[name] = _filled(chunk.signals["time_s"], values)
         n = int(lost.sum())
         if not n:
             return chunk

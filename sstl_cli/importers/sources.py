@@ -67,7 +67,8 @@ def _of_file(path: Path, mapping: Mapping, wanted: str | None, manifest: dict[st
     for recording in recordings(path, mapping, wanted):
         part = _part_name(recording)
         labels = {**names, **_part_labels(recording, mapping)}
-        name = f"{stem(path)}-{part}" if part else stem(path)
+        # a variable may be called after its file
+        name = f"{stem(path)}-{part}" if part and part != re.sub(r"[^\w.+-]+", "-", stem(path)) else stem(path)
         if "runs" in recording.prefix and part and mapping.runs is None:
             name = part
         yield Group((plan_of([recording], mapping, labels, str(labels.get("run_id", name))),), name)

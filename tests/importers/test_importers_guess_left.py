@@ -24,6 +24,7 @@ def left_out(folder: Path, name: str) -> list[str]:
         ("motor_angle", 'position_in_mm = { column = "motor_angle", unit = "...", radius_mm = ... }'),
         ("spool_deg", 'position_in_mm = { column = "spool_deg", unit = "deg", radius_mm = ... }'),
         ("theta", 'position_in_mm = { column = "theta", unit = "...", radius_mm = ... }'),
+        ("/motor/joint_states/position[0]", 'position_in_mm = { column = "/motor/joint_states/position[0]", unit = "..." }'),
         ("T_cmd", 'tension_ref_n = { column = "T_cmd", unit = "..." }'),
     ],
 )
