@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-import os.path
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.guess_names import said
@@ -191,7 +190,7 @@ def runs_in(names: list[str], stem: str = "") -> tuple[str, str]:
 
 def _called_after(names: list[str], stem: str) -> str:
     """Return what stands in front of all channels where it is the name of the file, or a part of it with a number, an empty text where it is not."""
-    shared = os.path.commonprefix(names) if len(names) > 1 else ""
+    shared = "".join(c[0] for c in takewhile(lambda c: len(set(c)) == 1, zip(*names, strict=False))) if len(names) > 1 else ""
     variable = re.match(r"\w*", shared, re.ASCII)
     # MATLAB's variables begin with a letter, and hold no other signs
     own, file = ([p.lower() for p in _PARTS.findall(t) if p.isalnum()] for t in (variable[0].removeprefix("x") if variable else "", stem))

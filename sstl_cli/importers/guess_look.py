@@ -337,8 +337,11 @@ def _stamps(chosen: Format, path: Path, texts: list[str]) -> Stated | None:
                 if (found := stamp_steps(stamps)) is not None:
                     return replace(found, by=f"'{name}' holds {'dates' if dated(stamps[0]) else 'times'} as text")
                 break
-    step = layout_of(path, Layout()).step_s if chosen.ID == "text" else math.nan
-    return Stated(step, "the header states it") if math.isfinite(step) else None
+    layout = layout_of(path, Layout()) if chosen.ID == "text" else None
+    if layout is not None and layout.waveform is not None:
+        doubt = layout.waveform.doubt
+        return Stated(layout.waveform.step_s, "the header states it", doubt=f", {doubt}" if doubt else "", sure=not doubt)
+    return Stated(layout.step_s, "the header states it") if layout is not None and math.isfinite(layout.step_s) else None
 
 
 def _rate(chosen: Format, path: Path, found: list[Channel]) -> Stated | None:

@@ -34,13 +34,14 @@ _YEAR_FIRST, _DAY_FIRST, _MONTH_FIRST = (0, 1, 2), (2, 1, 0), (2, 0, 1)
 
 @dataclass(frozen=True)
 class Stated:
-    """A sampling period (s) that no channel of numbers tells, what does, how many steps are gaps (and the longest, s), and what else it may mean."""
+    """A sampling period (s) that no channel of numbers tells, what does, how many steps are gaps (and the longest, s), what else it may mean, and whether it is the clock by definition."""
 
     step_s: float
     by: str = ""
     gaps: int = 0
     longest_s: float = 0.0
     doubt: str = ""
+    sure: bool = False
 
 
 def stamp_steps(texts: Sequence[str]) -> Stated | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from dataclasses import dataclass
 
@@ -118,13 +119,18 @@ def _worse(clock: Said, values: Array) -> tuple[bool, ...]:
 
 def _by_rate(stated: Stated, reasons: list[str]) -> TimeGuess:
     """Return the rate that stamps or the header tell, to be asked; none where the stamps themselves have gaps."""
+    if math.isnan(stated.step_s):
+        return TimeGuess(f"time_s = {{ rate_hz = 0 }}{MARK}{stated.by}{stated.doubt}", None, tuple(reasons))
     reasons.append(f"{stated.by}, a sample every {stated.step_s:g} s; an import takes numbers, or the rate")
     if stated.gaps:
         gaps = f"{stated.gaps} gap{'s' if stated.gaps > 1 else ''} of up to {stated.longest_s:g} s"
         ask = f"{stated.by}, every {stated.step_s:g} s but for {gaps}, which a rate would close: write them as numbers of seconds"
         return TimeGuess(f"time_s = {{ rate_hz = 0 }}{MARK}{ask}", None, tuple(reasons))
+    line = f"time_s = {{ rate_hz = {1.0 / stated.step_s:g} }}"
+    if stated.sure:
+        return TimeGuess(line, None, tuple(reasons))
     ask = f"{stated.by}{stated.doubt}: does a sample come every {stated.step_s:g} s throughout?"
-    return TimeGuess(f"time_s = {{ rate_hz = {1.0 / stated.step_s:g} }}{MARK}{ask}", None, tuple(reasons))
+    return TimeGuess(f"{line}{MARK}{ask}", None, tuple(reasons))
 
 
 def _of(best: Said, values: Array, reasons: list[str], told: str, stated: Stated | None, sure: bool = True) -> TimeGuess:
@@ -164,7 +170,8 @@ def _against(values: Array, size: float, stated: Stated | None) -> str:
     """Return the question of a clock that runs at another rate than the file states, an empty text where it does not."""
     steps = np.diff(values)
     steps = steps[steps > 0]
-    if stated is None or not len(steps):
+    # one that is in doubt contradicts no clock
+    if stated is None or stated.doubt or not len(steps):
         return ""
     # pauses are no steps
     period = size * float(np.mean(steps[steps <= GAP * np.median(steps)]))

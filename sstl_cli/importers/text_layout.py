@@ -20,6 +20,7 @@ from sstl_cli.importers.text_forms import NAME_OF_STAMP, Forms, forms_of, is_sig
 from sstl_cli.importers.text_header import COMMENTS, names_and_units, numbered, stated_unit, table_in, unit_in
 from sstl_cli.importers.text_json import json_forms
 from sstl_cli.importers.text_stamps import are_stamps
+from sstl_cli.importers.waveforms import Waveform, waveform, waveform_names
 
 MAX_LINE_BYTES = 1 << 20
 SAMPLE_LINES = 40
@@ -36,7 +37,7 @@ class TextLayout:
     """Delimiter (one character, or ``space``), names, units and first data line of a text log, and the sampling period that its header states.
 
     ``text`` says which columns hold no numbers, ``stamps`` which of numbers are times written as text, ``forms`` what is written beside plain cells,
-    ``labels`` what a table of channels above the data calls their signals.
+    ``labels`` what a table of channels above the data calls their signals, ``waveform`` what lines of ``t0`` and ``dt`` tell of the clock.
     """
 
     delimiter: str
@@ -53,6 +54,7 @@ class TextLayout:
     stamps: tuple[bool, ...] = ()
     forms: Forms | None = None
     labels: Mapping[str, str] = field(default_factory=dict)
+    waveform: Waveform | None = None
 
 
 def layout_of(path: Path, wanted: Layout) -> TextLayout:
@@ -80,7 +82,11 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
         sample, data = [forms.line(x) for x in sample], [forms.line(x) for x in data]
     delimiter = forms.delimiter if forms is not None else _NAMED.get(wanted.delimiter or "", wanted.delimiter or "") or _delimiter(data)
     by_delimiter: Cut = partial(cut, delimiter=delimiter)
-    stated = (stated_by(sample, by_delimiter) or recorder(sample, by_delimiter)) if wanted.header is None else None
+    stated = (
+        (stated_by(sample, by_delimiter) or recorder(sample, by_delimiter) or waveform_names(sample, by_delimiter))
+        if wanted.header is None
+        else None
+    )
     begin = None
     if stated is not None:
         at, sample = at + stated.lines, sample[stated.lines :]
@@ -115,7 +121,23 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     stamps = _stamps(head.first, [cut(line, delimiter) for line in data])
     text = tuple(not is_number(c) and not is_missing(c) and not stamp for c, stamp in zip(head.first, stamps, strict=True))
     position = start + sum(len(line) + len(line_end) for line in lines[:at])
-    return TextLayout(delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text, step, stamps, forms, labels)
+    return TextLayout(
+        delimiter,
+        decimal,
+        names,
+        units,
+        position,
+        at + 1,
+        head.comment,
+        named,
+        line_end,
+        text,
+        step,
+        stamps,
+        forms,
+        labels,
+        waveform(above, by_delimiter),
+    )
 
 
 def _forms(sample: list[str], data: list[str]) -> Forms | None:
