@@ -6,7 +6,8 @@ import csv
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
+from itertools import takewhile
+from pathlib import Path, PurePosixPath
 
 from sstl_cli.core.errors import SstlError, nearest
 from sstl_cli.core.files import require_regular
@@ -107,10 +108,28 @@ def labels_of(path: Path, mapping: Mapping, manifest: dict[str, Labels]) -> Labe
             )
         labels |= found
     if manifest:
-        if path.name not in manifest:
-            raise SstlError("is not listed in the manifest", where=str(path), fix=nearest(path.name, manifest), code="E342")
-        labels |= manifest[path.name]
+        labels |= manifest[_listed(path, list(manifest))]
     return labels
+
+
+def _listed(path: Path, rows: list[str]) -> str:
+    """Return the row of a manifest for a file: of those for files of its name the one whose folders are its own, as far as they are written.
+
+    Examples
+    --------
+    >>> _listed(Path("/data/bend60/act.csv"), ["bend30/act.csv", "bend60/act.csv"])
+    'bend60/act.csv'
+    """
+    named = [r for r in rows if PurePosixPath(r).name == path.name]
+    if not named:
+        raise SstlError("is not listed in the manifest", where=str(path), fix=nearest(path.name, rows), code="E342")
+    own = path.absolute().parts[::-1]
+    shared = {r: sum(1 for _ in takewhile(lambda p: p[0] == p[1], zip(PurePosixPath(r).parts[::-1], own, strict=False))) for r in named}
+    best = [r for r in named if shared[r] == max(shared.values())]
+    if len(best) > 1:
+        what = f"may be either of the manifest's rows {', '.join(best[:4])}"
+        raise SstlError(what, where=str(path), fix="write the folders of each into the column 'file', as in bend30/act.csv", code="E342")
+    return best[0]
 
 
 def read_manifest(path: Path) -> dict[str, Labels]:
@@ -142,7 +161,11 @@ def read_manifest(path: Path) -> dict[str, Labels]:
                 fix="give every row a value for each column",
                 code="E343",
             )
-        out[Path(row["file"]).name] = {k.strip(): v.strip() for k, v in row.items() if k != "file" and v.strip()}
+        file_name = row["file"].strip().replace("\\", "/")
+        if file_name in out:
+            what = f"lists '{file_name}' more than once"
+            raise SstlError(what, where=str(path), fix="give each file one row, with its folder where names are the same", code="E343")
+        out[file_name] = {k.strip(): v.strip() for k, v in row.items() if k != "file" and v.strip()}
     return out
 
 

@@ -287,6 +287,21 @@ def test_files_appended_and_manifest(tmp_path: Path) -> None:
         list(run([a], Mapping(), manifest=read_manifest(tmp_path / "m.csv")).runs)
 
 
+def test_a_manifest_tells_files_of_one_name_by_their_folders(tmp_path: Path) -> None:
+    for bend in ("bend30", "bend60"):
+        (tmp_path / bend).mkdir()
+    files = [write(tmp_path / bend / "act.csv", even(10)) for bend in ("bend30", "bend60")]
+    manifest = tmp_path / "m.csv"
+    manifest.write_text("file,config_id\nbend60\\act.csv,60\nC:/rig/bend30/act.csv,30\n")
+    assert [r.config_id for r in run(files, Mapping(), manifest=read_manifest(manifest)).runs] == ["30", "60"]
+    manifest.write_text("file,config_id\na/act.csv,60\nb/act.csv,30\n")
+    with pytest.raises(SstlError, match="may be either of the manifest's rows"):
+        list(run(files[:1], Mapping(), manifest=read_manifest(manifest)).runs)
+    manifest.write_text("file,config_id\nact.csv,60\nact.csv,30\n")
+    with pytest.raises(SstlError, match=r"lists 'act\.csv' more than once"):
+        read_manifest(manifest)
+
+
 def test_file_name_pattern(tmp_path: Path) -> None:
     path = write(tmp_path / "bend_CP_040.csv", even(5))
     _, (one,) = load(path, file_name=r"bend_(?P<location>\w\w)_(?P<lead_mm>\d+)", constants={"config_id": "{location}-{lead_mm}"})
