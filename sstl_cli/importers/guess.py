@@ -13,13 +13,14 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import Layout, detect
 from sstl_cli.importers.finder import Recording
 from sstl_cli.importers.guess_dropouts import with_dropouts
-from sstl_cli.importers.guess_files import Named, name_pattern, shared_labels, side_of, side_words, taken, with_folders
+from sstl_cli.importers.guess_files import Named, name_pattern, shared_labels, side_of, side_words, taken
+from sstl_cli.importers.guess_folders import with_folders
 from sstl_cli.importers.guess_left import not_mapped
 from sstl_cli.importers.guess_look import Look, look_at, moves
 from sstl_cli.importers.guess_marks import asking
 from sstl_cli.importers.guess_names import Said, said
 from sstl_cli.importers.guess_roles import Roles, doubted
-from sstl_cli.importers.guess_several import with_doubt_of_system, with_doubts, with_doubts_of_pairs
+from sstl_cli.importers.guess_several import with_bend, with_doubt_of_system, with_doubts, with_doubts_of_pairs
 from sstl_cli.importers.guess_toml import Pair, Proposal, written
 from sstl_cli.importers.mapping import REQUIRED, Question, open_questions
 from sstl_cli.importers.rows import JoinedRows
@@ -67,7 +68,8 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     rows = isinstance(look.format, JoinedRows)
     stems = [p.stem for p in paths]
     # of rows side by side the names of the files are those of the channels
-    named = _pair_labels(looks, pair) if pair is not None else shared_labels(stems) if rows else with_folders(name_pattern(stems), paths)
+    own = _pair_labels(looks, pair) if pair is not None else shared_labels(stems) if rows else name_pattern(stems)
+    named = own if rows else with_folders(own, paths)
     if named.reason:
         reasons.append(named.reason)
     toml = written(
@@ -91,7 +93,8 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
     # an import reads every file that has the columns, whatever else it has
     covered = [x for x in looks if look.used <= set(x.channels)]
     toml = with_doubts(toml, look, covered) if pair is None else with_doubts_of_pairs(toml, pair)
-    toml = with_doubt_of_system(toml, covered if pair is None else [*pair.firsts, *pair.seconds])
+    used = covered if pair is None else [*pair.firsts, *pair.seconds]
+    toml = with_bend(with_doubt_of_system(toml, used), used)
     reasons += not_mapped([look] if pair is None else [pair.first, pair.second], toml)
     return Guess(look.format.ID, toml, list(dict.fromkeys(reasons)), _preview(look, roles, pair), open_questions(toml))
 
@@ -183,6 +186,8 @@ def _one_side(many: tuple[Said, ...], side: str, data: dict[str, Array]) -> Role
 
 def _pair_labels(looks: list[Look], pair: Pair) -> Named:
     """Return what the names of pairs say besides the side."""
+    if pair.by_folder:
+        return shared_labels([pair.first.path.stem, pair.second.path.stem])
     sides = side_words([pair.first.path.stem, pair.second.path.stem])
     shared = sorted({taken(x.path.stem, sides)[0] for x in looks}) if sides else []
     named = name_pattern(shared, takes=True) if shared and all(shared) else Named()

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
-from pathlib import Path
 
 from sstl_cli.importers.guess_parts import LETTERS, TRIAL, Columns, at, before, next_word, next_words
 from sstl_cli.importers.guess_system import names_systems, no_system
@@ -46,8 +44,6 @@ _TURNS = words("roll pitch yaw twist tilt tip rot rotation torsion phase knob")
 _DECIMAL = words("p d pt point dot komma comma ,")
 _LENGTHS = words("inch inches zoll cm")
 _NO_BEND = _COUNTED | TRIAL | _MOTIONS | _TURNS | _DENIES | REFERENCE | set(QUANTITY_OF) | set(SIDE_OF) | set(SYSTEM_OF)
-# folders that a question names
-_SHOWN = 3
 # a number with more digits is a date or the count of a recorder
 _BEND_DIGITS = 3
 
@@ -125,21 +121,13 @@ def _shape(i: int, columns: Columns) -> str:
     return next((shape for shape in shapes if all(re.fullmatch(shape, v) for v in columns[i])), "[A-Za-z]+")
 
 
-def with_folders(named: Named, paths: Sequence[Path]) -> Named:
-    """Return the labels of files with their folders as configurations where files of one name lie in several and nothing else tells it, which is asked.
-
-    Examples
-    --------
-    >>> with_folders(Named(), [Path("bend30/a.csv"), Path("bend60/a.csv")]).constants
-    (('config_id', '{folder}'),)
-    """
-    folders = sorted({p.absolute().parent.name for p in paths})
-    told = {*named.labels, *dict(named.constants)}
-    if len({p.name for p in paths}) == len(paths) or len(folders) < 2 or told & {"config_id", "lead_mm"}:
-        return named
-    question = f"does the folder ({', '.join(folders[:_SHOWN])}) tell the bending configuration? If not, take config_id out"
-    asked = "; ".join(filter(None, (named.question, question)))
-    return replace(named, question=asked, constants=(*named.constants, ("config_id", "{folder}")))
+def label_words(names: list[str]) -> set[str]:
+    """Return the labels that a word in front of a number, or for a system, tells in all of some names."""
+    cut = _cut(names)
+    if len({tuple(_kind(p) for p in parts) for parts in cut}) != 1:
+        return set()
+    columns = list(zip(*cut, strict=True))
+    return {label for i, values in enumerate(columns) if (label := _label(i, values, columns))}
 
 
 def shared_labels(stems: list[str]) -> Named:
@@ -174,6 +162,9 @@ def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int],
         label = _label(i, values, columns)
         if label == "system" and no_system(i, columns):
             continue
+        if label == "config_id" and before(i, columns) == "r" and _counts(i, columns) and _bend_elsewhere(i, columns):
+            # act_bend45_r1: the bend has a word of its own, and r counts repeats
+            continue
         if label and label not in labels.values():
             labels[i] = label
             asked.append(_doubt(i, label, columns))
@@ -202,6 +193,11 @@ def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int],
         labels[fixed[0]] = "config_id"
         asked.append(f"does {_named_by(fixed, columns)} tell the bending configuration? If not, take config_id out")
     return labels, unknown, asked
+
+
+def _bend_elsewhere(i: int, columns: Columns) -> bool:
+    """Return whether another number has a word for a bend that is no r."""
+    return any(k != i and _label(k, values, columns) == "config_id" and before(k, columns) != "r" for k, values in enumerate(columns))
 
 
 def _named_by(places: list[int], columns: Columns) -> str:
@@ -325,6 +321,8 @@ def _doubt(i: int, label: str, columns: Columns) -> str:
     if label == "lead_mm":
         unit = _unit_behind(i, columns)
         return f"is {part}{unit} in mm?" if unit else ""
+    if front == "r" and at(i + 1, columns) == "mm":
+        return ""
     if front == "r":
         return f"is r{part} the bend by its radius, or a repeat?"
     if front.upper() in _LOCATIONS and not _plainly_bend(i, columns):

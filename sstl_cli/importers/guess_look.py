@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -22,7 +22,7 @@ from sstl_cli.importers.guess_labels import LabelColumn, holds_systems, label_co
 from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, two_units, with_marks
 from sstl_cli.importers.guess_names import Said, contradicted, said, time_unit
 from sstl_cli.importers.guess_rates import named_rate, rate_held
-from sstl_cli.importers.guess_remarks import system_said
+from sstl_cli.importers.guess_remarks import bend_said, system_said
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
 from sstl_cli.importers.guess_time import TimeGuess, even, guess_time, runs_forward, trimmed
@@ -62,6 +62,7 @@ class Look:
     runs: str = ""
     own: Mapping[str, TimeGuess] = field(default_factory=dict)
     system: str = ""
+    bend: tuple[str, str] = ("", "")
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -113,23 +114,27 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     roles = guess_roles(moving, data)
     clocks = Clocks(time)
     if not own:
-        tensions = [s.name for s in (*roles.first, *roles.second)]
+        chosen_ones = [s.name for s in (*roles.first, *roles.second)]
         whole, parts = sums(names, one)
-        clocks = with_own_clocks(names, whole, time, tensions, chosen.ID in TABLES, lambda s: _alone(s, names, one, parts))
+        clocks = with_own_clocks(names, whole, time, chosen_ones, chosen.ID in TABLES, lambda s: _alone(s, names, one, parts))
         time = clocks.time
     clock = own.get(roles.first[0].name) if roles.first else None
     if clock is not None:
         # formats with a clock for each channel tell the time themselves, in s
         line = f'time_s = {{ column = "{clock}", unit = "s" }}'
         time = TimeGuess(line, clock, (f"time_s: '{clock}', the clock of '{roles.first[0].name}'",))
-    if runs:
-        time = replace(time, reasons=(f"every '{runs}' holds the same channels: runs of their own", *time.reasons))
-    time = replace(time, reasons=(*time.reasons, *left_out))
-    if labelled := [f"'{c.name}' is '{c.label}'" for c in channels if c.label]:
-        time = replace(time, reasons=(f"by its labels {', '.join(labelled)}", *time.reasons))
-    return Look(
-        path, chosen, tuple(names), data, time, roles, tuple(measured(moving)), labels, runs, clocks.own, _system(chosen, path, found, told)
-    )
+    time = replace(time, reasons=(*_told_first(runs, channels), *time.reasons, *left_out))
+    beside = _beside(chosen, path, found, told)
+    system = system_said(beside, [c.name for c in found])
+    tensions = tuple(measured(moving))
+    return Look(path, chosen, tuple(names), data, time, roles, tensions, labels, runs, clocks.own, system, bend_said(beside))
+
+
+def _told_first(runs: str, channels: Sequence[Channel]) -> list[str]:
+    """Return the reasons that stand before those of the clock: what labels say, and that runs stand side by side."""
+    labelled = [f"'{c.name}' is '{c.label}'" for c in channels if c.label]
+    out = [f"by its labels {', '.join(labelled)}"] if labelled else []
+    return [*out, f"every '{runs}' holds the same channels: runs of their own"] if runs else out
 
 
 def _with_units(chosen: Format, path: Path, found: list[Channel]) -> tuple[list[Channel], dict[str, str]]:
@@ -235,14 +240,13 @@ def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel], rows:
     return labels, rows_of_first(labels, values)
 
 
-def _system(chosen: Format, path: Path, found: list[Channel], told: set[str]) -> str:
-    """Return the system that the file tells beside its table and its labels, an empty text where it tells none."""
+def _beside(chosen: Format, path: Path, found: list[Channel], told: set[str]) -> list[str]:
+    """Return the lines, properties and single texts that a file holds beside its table and its labels."""
     beside = getattr(chosen, "remarks", None)
     with guarded(path, chosen.TITLE):
         lines = list(beside(path)) if beside is not None else []
     single = [c.name for c in found if c.text and c.rows == 1 and c.name not in told]
-    lines += [f"{re.split('[./]', n)[-1]}: {t}" for n in single for t in _first_texts(chosen, path, n)[0]]
-    return system_said(lines, [c.name for c in found])
+    return lines + [f"{re.split('[./]', n)[-1]}: {t}" for n in single for t in _first_texts(chosen, path, n)[0]]
 
 
 def _first_texts(chosen: Format, path: Path, name: str) -> tuple[list[str], bool]:

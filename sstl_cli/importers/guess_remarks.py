@@ -1,4 +1,4 @@
-"""Which system a file tells beside its table: in lines above the samples, properties, names of groups and texts that hold for all of it."""
+"""Which system and which bend a file tells beside its table: in lines above the samples, properties, names of groups and texts that hold for all of it."""
 
 from __future__ import annotations
 
@@ -13,6 +13,25 @@ _ACT = re.compile(r"(?:^|[:=;,\t#])\s*act\s*(?:$|[;,\t(])", re.IGNORECASE)
 _EITHER = re.compile(r"\bact\b.*\bsstl\b|\bsstl\b.*\bact\b", re.IGNORECASE)
 # system: sstl (double pass), bend 60 deg
 _STATED = re.compile(r"\bsystem\b\W*[:=;,\t]\W*([A-Za-z][A-Za-z _-]*)", re.IGNORECASE)
+# bend angle: 45 deg; Biegung = 22,5; config_id: CP-040
+_BEND = re.compile(
+    r"(?:^|[\W_])(?:bend(?:ing)?|biegung|biegewinkel|krümmung|curvature|courbure|cintrage|flexion|curvatura|doblado|piega|弯曲角?度?|曲げ(?:角度)?)"
+    r"(?:[ _](?:angle|radius|deg|mm|config\w*|no|nr|id))*\s*(?:[(\[][^()\[\]]{0,12}[)\]])?\s*[:=;,\t ]\s*\"?([+-]?\d+(?:[.,]\d+)?)"
+    r"|(?:^|[\W_])(?:config(?:uration)?(?:[ _]?(?:id|no|nr))?|konfiguration)\s*[:=;,\t]\s*\"?([\w.+-]{1,24})",
+    re.IGNORECASE,
+)
+
+
+def bend_said(remarks: Iterable[str]) -> tuple[str, str]:
+    """Return the one bend, or the name of a configuration, that remarks tell, and the line that does; two empty texts where none does, or several differ.
+
+    Examples
+    --------
+    >>> bend_said(["# operator: kk", "# bend angle: 45 deg"]), bend_said(["bend 30, later bend 60"]), bend_said(["Config ID;CP-040"])
+    (('45', '# bend angle: 45 deg'), ('', ''), ('CP-040', 'Config ID;CP-040'))
+    """
+    found = {(m[1] or m[2]): line.strip() for line in remarks for m in _BEND.finditer(line)}
+    return found.popitem() if len(found) == 1 else ("", "")
 
 
 def system_said(remarks: Iterable[str], channels: Iterable[str]) -> str:

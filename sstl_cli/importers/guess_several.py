@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Sequence
 
@@ -16,6 +17,8 @@ from sstl_cli.importers.systems import known_system
 
 # typical steps of two clocks without a stated unit that are this far apart may be counted in different ones
 STEP_RATIO = 5.0
+# of a line in a question
+_SHOWN = 48
 
 
 def with_doubts(toml: str, look: Look, looks: Sequence[Look]) -> str:
@@ -51,6 +54,37 @@ def with_doubt_of_system(toml: str, looks: Sequence[Look]) -> str:
             # a constant goes before what the name says
             return toml.replace("[constants]\n", f'[constants]\nsystem = "{told}"{MARK}{ask}\n', 1)
     return toml
+
+
+def with_bend(toml: str, looks: Sequence[Look]) -> str:
+    """Return a proposal that asks for the configuration where files tell it beside their tables, and their names another one or none."""
+    said = {look.bend[0]: look for look in looks if look.bend[0]}
+    if not said or any(c.target == "config_id" for look in looks for c in look.labels):
+        return toml
+    pattern = re.search(r"^file_name = '(.*?)'", toml, re.MULTILINE)
+    named = {x.path.name: (search(pattern[1], [x.path.name])[0] or {}).get("config_id", "") if pattern else "" for x in looks}
+    if all(_same(named[look.path.name], look.bend[0]) for look in looks):
+        return toml
+    lines = " and ".join(f"'{look.bend[1][:_SHOWN]}' in '{look.path.name}'" for look in list(said.values())[:2])
+    if any(named.values()) or re.search("^config_id = ", toml, re.MULTILINE):
+        target = "config_id" if re.search("^config_id = ", toml, re.MULTILINE) else "file_name"
+        return _asking(toml, {target: f"{lines}: which tells the configuration, this or the name?"})
+    one = len(said) == 1 and all(look.bend[0] for look in looks)
+    ask = (
+        f"{lines}: the bending configuration?"
+        if one
+        else f"{lines}: give the configuration of each by a manifest (--manifest), and take this out"
+    )
+    value = json.dumps(next(iter(said)) if one else "...", ensure_ascii=False)
+    return toml.replace("[constants]\n", f"[constants]\nconfig_id = {value}{MARK}{ask}\n", 1)
+
+
+def _same(name: str, other: str) -> bool:
+    """Return whether two labels are one: the same number, or the same letters."""
+    try:
+        return float(name.replace(",", ".")) == float(other.replace(",", "."))
+    except ValueError:
+        return name == other
 
 
 def _asking(toml: str, doubts: dict[str, str]) -> str:

@@ -43,7 +43,8 @@ ROUNDED_SHARE, EVEN_SHARE = 0.2, 0.01
 SHARED = 0.1
 # of the steps of a channel that is not named as time, how many may be none
 SWITCHED = 0.9
-EPOCH_WORDS = words("epoch unix unixtime posix")
+# behind unix time they can be nothing else
+EPOCH_WORDS = words("epoch unix unixtime posix ts")
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,12 @@ class Pair:
         return self.seconds[0]
 
     @property
+    def by_folder(self) -> bool:
+        """Whether each of several pairs lies in a folder of its own."""
+        folders = [[x.path.absolute().parent for x in looks] for looks in (self.firsts, self.seconds)]
+        return len(self.firsts) > 1 and len(set(folders[0])) == len(folders[0]) and sorted(folders[0]) == sorted(folders[1])
+
+    @property
     def files(self) -> int:
         """Number of files in all."""
         return len(self.firsts) + len(self.seconds)
@@ -106,7 +112,7 @@ def written(p: Proposal) -> str:
     only_one = any(ask.startswith("only one") for ask in (p.roles.ask_first, p.roles.ask_second))
     if p.pair is not None or only_one:
         lines += ["", "[files]", 'merge = "channels"']
-        lines += ['key = "take"'] if p.pair is not None and p.pair.files > 2 else []
+        lines += [f'key = "{"folder" if p.pair.by_folder else "take"}"'] if p.pair is not None and p.pair.files > 2 else []
     lines += _clocks(p.pair) if p.pair is not None else []
     return "\n".join([*lines, ""])
 
@@ -292,7 +298,7 @@ def _zeros_of_their_own(x: Array, y: Array) -> bool:
 
 def _pair_name(pair: Pair, named: Named) -> str:
     """Return the pattern for the labels, and for what tells which files belong together where there are several pairs."""
-    if pair.files <= 2 and not named.pattern:
+    if (pair.files <= 2 or pair.by_folder) and not named.pattern:
         return ""
     sides = side_words([pair.first.path.stem, pair.second.path.stem])
     words, body = "|".join(sides), named.pattern.removeprefix("^")

@@ -29,6 +29,10 @@ def sniff(head: bytes, path: Path) -> bool:
     return has_signature(head) and not head.startswith(b"MATLAB")
 
 
+# of attributes that may tell labels
+MAX_GROUPS, MAX_REMARK = 64, 200
+
+
 def has_signature(head: bytes) -> bool:
     """Return whether an HDF5 signature stands where the format allows it."""
     return any(head[at : at + 8] == SIGNATURE for at in (0, 512, 1024, 2048, 4096))
@@ -44,6 +48,27 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
     """Yield blocks of the named datasets."""
     with guarded(path, TITLE):
         yield from isolated_blocks(lambda: read_blocks(path, numbers, labels, matlab=False), path)
+
+
+def remarks(path: Path) -> list[str]:
+    """Return the attributes of the file and its groups, as ``name: value``."""
+    with guarded(path, TITLE):
+        return [c.name for c in isolated(lambda: _attributes(path), path)]
+
+
+def _attributes(path: Path) -> list[Channel]:
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        groups = [
+            file,
+            *(file[k] for k in file if isinstance(file.get(k, getlink=True), h5py.HardLink) and isinstance(file[k], h5py.Group)),
+        ]
+        # as channels they go through the pipe of the child process
+        held = [
+            (k, v) for group in groups[:MAX_GROUPS] for k, v in group.attrs.items() if isinstance(v, (str, bytes, int, float, np.number))
+        ]
+        return [Channel(f"{k}: {v.decode('utf-8', 'replace') if isinstance(v, bytes) else v}"[:MAX_REMARK]) for k, v in held]
 
 
 def list_channels(path: Path, matlab: bool) -> list[Channel]:

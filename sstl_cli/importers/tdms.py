@@ -82,7 +82,7 @@ def remarks(path: Path) -> list[str]:
     """Return the properties of the file and its groups in words, as ``name: text``."""
     with guarded(path, TITLE), _open(path) as file:
         held = [file.properties, *(group.properties for group in file.groups())]
-        return [f"{name}: {value}" for properties in held for name, value in properties.items() if isinstance(value, str)]
+        return [f"{name}: {value}" for properties in held for name, value in properties.items() if isinstance(value, (str, int, float))]
 
 
 def _first_of(cut: Callable[[int, int], Values], a: int, b: int) -> Values:

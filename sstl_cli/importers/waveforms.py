@@ -28,13 +28,13 @@ class Waveform:
 
 
 def waveform(above: Sequence[str], cut: Cut) -> Waveform | None:
-    """Return what the lines above a table tell of its steps, None where they tell none.
+    r"""Return what the lines above a table tell of its steps, None where they tell none.
 
     Examples
     --------
-    >>> waveform(["t0\\t03.05.2024 14:05\\t03.05.2024 14:05", "delta t\\t0,01\\t0,01"], lambda line: line.split("\\t"))
+    >>> waveform(["t0\t03.05.2024 14:05\t03.05.2024 14:05", "delta t\t0,01\t0,01"], lambda line: line.split("\t"))
     Waveform(step_s=0.01, doubt='')
-    >>> waveform(["dt\\t0.01\\t0.02"], lambda line: line.split("\\t")).doubt
+    >>> waveform(["dt\t0.01\t0.02"], lambda line: line.split("\t")).doubt
     'steps of 0.01 and 0.02 s in one table: give each channel a column of its time, or a file of its own'
     """
     rows = [_row(line, cut) for line in above]

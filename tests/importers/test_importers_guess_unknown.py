@@ -44,7 +44,7 @@ def test_columns_of_a_matrix_that_move_alike_are_not_told_apart(tmp_path: Path) 
     np.save(tmp_path / "data.npy", np.column_stack([np.arange(len(T)), 5.0 * np.arange(len(T)), 0.02 * X, X, Y]))
     columns, found = proposed(tmp_path / "data.npy")
     assert columns["tension_in_n"]["column"] == columns["tension_out_n"]["column"] == "..."
-    assert columns["time_s"] == {"column": "data[2]", "unit": "ms"} and "in its name" not in asked(found)["time_s"]
+    assert columns["time_s"] == {"column": "[2]", "unit": "ms"} and "in its name" not in asked(found)["time_s"]
     assert "merge" not in found.toml and ".npy" in found.reasons[0]
 
 

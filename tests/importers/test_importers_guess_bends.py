@@ -1,0 +1,89 @@
+"""Bends that stand in no file's name, but beside the table or in the name of a folder: asked, never lost."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from header_table import T, X, Y, rows
+from proposals import proposed
+
+from sstl_cli.importers.guess import Guess, guess
+from sstl_cli.importers.guess_files import name_pattern
+from sstl_cli.importers.mapping import mapping_of
+from sstl_cli.steps.import_ import run
+
+TABLE = "time_s,Fin_N,Fout_N\n" + rows(T, X, Y)
+
+
+def asked(found: Guess, target: str) -> str:
+    return "; ".join(q.text for q in found.questions if q.target == target)
+
+
+@pytest.mark.parametrize(
+    ("line", "bend"), [("# bend angle: 45 deg", "45"), ("Biegung (Grad),22.5", "22.5"), ("Config ID,CP-040", "CP-040"), ("Bend,60", "60")]
+)
+def test_a_bend_above_the_table_is_asked(line: str, bend: str, tmp_path: Path) -> None:
+    _, found = proposed(tmp_path / "act.csv", f"{line}\n{TABLE}")
+    assert tomllib.loads(found.toml)["constants"] == {"config_id": bend} and line in asked(found, "config_id")
+
+
+def test_a_bend_that_the_name_tells_otherwise_is_asked_and_the_same_is_not(tmp_path: Path) -> None:
+    _, found = proposed(tmp_path / "act_bend30.csv", f"# bend = 45 deg\n{TABLE}")
+    assert "this or the name" in asked(found, "file_name")
+    assert not proposed(tmp_path / "act_bend045.csv", f"# bend = 45 deg\n{TABLE}")[1].questions
+
+
+def test_files_that_tell_several_bends_need_a_manifest(tmp_path: Path) -> None:
+    for k in (1, 2):
+        (tmp_path / f"act_run{k}.csv").write_text(f"# bend = {30 * k} deg\n{TABLE}")
+    found = guess(sorted(tmp_path.glob("*.csv")))
+    assert "'# bend = 30 deg' in 'act_run1.csv' and '# bend = 60 deg'" in asked(found, "config_id") and '"..."' in asked(found, "config_id")
+
+
+def test_attributes_tell_bend_and_system(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "rec.h5", "w") as file:
+        file.attrs["bend_deg"], file.attrs["system"] = 60, "sstl"
+        for name, values in (("t", T), ("Fin_N", X), ("Fout_N", Y)):
+            file[name] = values
+    found = guess([tmp_path / "rec.h5"])
+    assert tomllib.loads(found.toml)["constants"] == {"config_id": "60", "system": "sstl"} and len(found.questions) == 2
+
+
+def test_a_folder_tells_what_the_name_does_not(tmp_path: Path) -> None:
+    folder = tmp_path / "sstl_bend30"
+    folder.mkdir()
+    _, found = proposed(folder / "log.csv", TABLE)
+    assert tomllib.loads(found.toml)["constants"] == {"system": "sstl", "config_id": "30"} and "the folder 'sstl_bend30'" in asked(
+        found, "system"
+    )
+    assert not proposed(folder / "act_60deg.csv", TABLE)[1].questions
+
+
+def test_pairs_in_a_folder_each_belong_together(tmp_path: Path) -> None:
+    for bend, shift in (("bend30", 0.0), ("bend60", 1.0)):
+        (tmp_path / bend).mkdir()
+        for side, values in (("in", X), ("out", Y + shift)):
+            (tmp_path / bend / f"force_{side}.csv").write_text("t_s,F_N\n" + rows(T, values))
+    files = sorted(tmp_path.rglob("*.csv"))
+    found = guess(files)
+    assert "does the folder (bend30, bend60)" in asked(found, "config_id")
+    runs = list(run(files, mapping_of(tomllib.loads(found.toml), "m.toml")).runs)
+    assert [r.config_id for r in runs] == ["bend30", "bend60"]
+    assert [r.tension_out_n[0] - Y[0] for r in runs] == pytest.approx([0.0, 1.0], abs=1e-3)
+
+
+def test_an_r_behind_a_bend_of_its_own_counts_repeats_and_one_in_mm_is_a_radius() -> None:
+    beside = name_pattern(["act_bend22.5_r1", "act_bend45_r1"])
+    assert beside.labels == ("system", "config_id") and not beside.question
+    assert not name_pattern(["sstl_R50mm_03", "sstl_R100mm_03"]).question
+    assert "config_id too" in name_pattern(["act_bend30_r50", "act_bend30_r100"]).question
+
+
+def test_unix_time_called_ts_is_the_clock(tmp_path: Path) -> None:
+    stamps = 1_714_745_000_000 + np.round(1e3 * T)
+    columns, found = proposed(tmp_path / "act.csv", "ts,Fin_N,Fout_N\n" + rows(stamps, X, Y))
+    assert columns["time_s"] == {"column": "ts", "unit": "ms"} and not found.questions
