@@ -1,4 +1,4 @@
-"""Columns without readings that name the axes behind them, as a message is written flat (``force,x,y,z,torque,x,y,z``)."""
+"""Groups of channels: columns without readings that name the axes behind them, as a message is written flat (``force,x,y,z``), and the struct of all."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.importers.base import Channel
+from sstl_cli.importers.guess_words import SIDE_OF
 
 # a header that holds a name several times is numbered
 _AXIS = re.compile(r"([xyz])(?:\.\d+)?", re.IGNORECASE)
@@ -25,6 +26,10 @@ def with_groups(channels: Sequence[Channel], data: Mapping[str, NDArray[np.float
     ['', 'force x']
     """
     group, out = "", []
+    # Simulink calls what a model gives out, input and output alike
+    roots = {c.name.partition(".")[0] for c in channels if "." in c.name} if all("." in c.name for c in channels) else set()
+    if len(roots) == 1 and (root := roots.pop()).lower() in SIDE_OF:
+        return [replace(c, label=c.label or c.name.removeprefix(f"{root}.")) for c in channels]
     for one in channels:
         axis = _AXIS.fullmatch(one.name)
         if axis is None:

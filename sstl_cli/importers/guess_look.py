@@ -283,7 +283,7 @@ def _clock_if_forward(one: Said, values: Array | None) -> Said:
         return replace(one, quantity="time", unit=unit)
     if one.quantity not in ("", "force") or one.unit:
         return one
-    short = one.words[:1] in (("t",), ("ts",)) or re.fullmatch(r"t_?(?:in|out)", one.name, re.IGNORECASE)
+    short = one.words[:1] in (("t",), ("ts",)) or re.fullmatch(r"(?:.*[./])?t_?(?:in|out)", one.name, re.IGNORECASE)
     # "Time - Load Cell Motor" is the clock of that load cell
     named = one.quantity == "force" and any(QUANTITY_OF.get(w) == "time" and len(w) > 1 for w in one.words)
     if named or (short and one.side) or (unit and even(values) and short):

@@ -129,7 +129,8 @@ def said(name: str, stated: str = "") -> Said:
     ('force', 'out', 'N')
     """
     unit, strange = _unit(stated) if stated else ("", "")
-    text = as_volts(name)
+    # T_in_N.Data, /F_out_N/data: the field that holds the readings says nothing of them
+    text = re.sub(r"(?<=\w)[./](?:data|values?)$", "", as_volts(name), flags=re.IGNORECASE)
     # the ports of a block diagram are no side of a transmission
     plain = re.sub(r"[/.](?:Out|In)\d*(?=\s*(?:[\[(][^\[\]()]*[\])])?$)", "", text)
     plain = _SERIAL.sub(" ", plain)

@@ -14,7 +14,7 @@ import pyarrow.csv as pc
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.core.runs import ahead
 from sstl_cli.importers.base import Block, Channel, Layout, Notes
-from sstl_cli.importers.text_cells import GROUPED, MINUS, MISSING, SPACES, WITHOUT_MARKS, cut, grouped_sign
+from sstl_cli.importers.text_cells import GROUPED, MINUS, MISSING, SPACES, WITHOUT_MARKS, cut, grouped_sign, is_number
 from sstl_cli.importers.text_file import opened, wide_encoding
 from sstl_cli.importers.text_footer import footer_of
 from sstl_cli.importers.text_forms import WITHOUT_UNITS
@@ -219,12 +219,10 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
             if narrow := _NARROW.search(text):
                 what = f"holds {_blanks(narrow[0])!r} with a blank between thousands"
                 raise SstlError(what, where=where, fix=WITHOUT_MARKS, code="E328")
-            raise SstlError(
-                f"has {len(cells)} columns, the lines before have {width}",
-                where=where,
-                fix="correct or remove the line, or raise skip_rows",
-                code="E327",
-            )
+            what, fix = f"has {len(cells)} columns, the lines before have {width}", "correct or remove the line, or raise skip_rows"
+            if not any(map(is_number, cells)):
+                fix = "it holds words alone: where another table begins, split the file there, else remove the line"
+            raise SstlError(what, where=where, fix=fix, code="E327")
         for i, name in checked:
             if i < len(cells) and not _readable(cells[i], found.decimal):
                 raise SstlError(

@@ -28,6 +28,8 @@ MAX_HEADER_LINES = 2_000
 _BEGINS_NUMBER = tuple(bytes([c]) for c in b"0123456789+-.")
 # of systems in China, Japan, Taiwan and Korea; the first wins where several read a line alike
 EASTERN = ("gb2312", "cp932", "big5", "euc_kr")
+# in a date, which alone may stand in a line of readings
+_YEARS = ("年", "년")
 _NAMED = {"tab": "\t", "comma": ",", "semicolon": ";", "space": SPACES, "whitespace": SPACES, " ": SPACES, "\\t": "\t"}
 _COMMA_NUMBER = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?$")
 
@@ -285,8 +287,8 @@ def as_text(line: bytes) -> str:
     except UnicodeDecodeError:
         # of the two-byte encodings of the East, the one in which words of a log's header stand there
         read = {e: _read_as(line, e) for e in EASTERN}
-        best = max(EASTERN, key=lambda e: sum(len(sign) for sign in SIGNS if sign in read[e]))
-        if any(sign in read[best] for sign in SIGNS):
+        best = max(EASTERN, key=lambda e: sum(len(sign) for sign in (*SIGNS, *_YEARS) if sign in read[e]))
+        if any(sign in read[best] for sign in (*SIGNS, *_YEARS)):
             return read[best]
         # Chinese systems write two bytes a character, both of them high; accents of the West hardly stand side by side
         high = re.findall(rb"[\x80-\xff]+", line)
@@ -323,4 +325,7 @@ def _delimiter(lines: list[str]) -> str:
 
 def _decimal_comma(lines: list[str], delimiter: str) -> bool:
     cells = [c for line in lines for c in cut(line, delimiter)]
-    return any(_COMMA_NUMBER.match(c) or grouped_sign(c) == "," for c in cells) and not any("." in c and is_number(c) for c in cells)
+    # 1,501.3 tells which mark is which, 1.501 may mean either
+    if (signs := {grouped_sign(c) for c in cells} - {""}) and len(signs) == 1:
+        return signs == {","}
+    return any(_COMMA_NUMBER.match(c) for c in cells) and not any("." in c and is_number(c) for c in cells)

@@ -89,3 +89,16 @@ def test_a_position_is_no_tension_beside_two_that_may_be() -> None:
 def test_a_clock_of_the_position_is_no_position(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("Time (s),Fin (N),Fout (N),Encoder (mm),Encoder time (s),Encoder@time (s)\n" + rows(T, X, Y, X, T, T))
     assert 'unit = "s" }' not in "".join(x for x in guess([tmp_path / "a.csv"]).toml.splitlines() if "position_in_mm" in x)
+
+
+@pytest.mark.parametrize("sep", [";", ","])
+def test_numbers_with_both_marks_tell_which_is_the_decimal_one(sep: str, tmp_path: Path) -> None:
+    # at the end of the sample all readings are in thousands, and 2,990 ms alone may be a number with a decimal comma
+    lines = (sep.join(f'"{c}"' for c in (f"{10 * i:,}", f"{900 + 10 * i:,.1f}", f"{800 + 9 * i:,.1f}")) for i in range(300))
+    error = refused(tmp_path / "a.csv", sep.join(("Time (ms)", "Fin (mN)", "Fout (mN)")) + "\n" + "\n".join(lines) + "\n")
+    assert "without marks between thousands" in error.fix
+
+
+def test_a_table_behind_a_line_of_words_is_to_be_split_off(tmp_path: Path) -> None:
+    error = refused(tmp_path / "a.csv", HEAD + rows(T, X, Y) + "\nTest: sstl\n" + HEAD + rows(T, X, Y))
+    assert error.code == "E327" and "another table begins, split the file there" in error.fix

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 from header_table import T, X, Y
 from proposals import proposed
+from scipy.io import savemat
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.guess import guess
@@ -47,3 +49,11 @@ def test_what_numbers_forces_is_none(tmp_path: Path) -> None:
     )
     columns, _ = proposed(tmp_path / "act.csv", text)
     assert {columns[c]["column"] for c in ("tension_in_n", "tension_out_n")} == {"Fx (N)", "Fz (N)"}
+
+
+def test_what_a_model_gives_out_is_no_output_by_that(tmp_path: Path) -> None:
+    logs = {"T_in_N": {"Time": T, "Data": X}, "T_out_N": {"Time": T, "Data": Y}}
+    savemat(tmp_path / "act.mat", {"out": {"tout": T, "logs": logs}})
+    found = guess([tmp_path / "act.mat"])
+    columns = tomllib.loads(found.toml)["columns"]
+    assert [columns[t]["column"] for t in ("time_s", "tension_in_n")] == ["out.tout", "out.logs.T_in_N.Data"] and not found.questions

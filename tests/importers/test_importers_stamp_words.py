@@ -44,9 +44,11 @@ def test_what_may_mean_another_time_or_none_is_no_stamp(stamp: str) -> None:
         StampReader().seconds([stamp])
 
 
-@pytest.mark.parametrize(("encoding", "half"), [("gb18030", "下午"), ("cp932", "午後"), ("cp1252", "février")])
+@pytest.mark.parametrize(
+    ("encoding", "half"), [("gb18030", "下午"), ("cp932", "午後"), ("gb18030", ""), ("cp932", ""), ("cp1252", "février")]
+)
 def test_a_clock_in_an_older_encoding_is_read(encoding: str, half: str, tmp_path: Path) -> None:
-    day = f"3 {half} 2024" if encoding == "cp1252" else f"2024/5/3 {half}"
+    day = f"3 {half} 2024" if encoding == "cp1252" else f"2024/5/3 {half}" if half else "2024年5月3日"
     lines = (f"{day} 02:05:{6 + 0.01 * i:06.3f};{x:.3f};{y:.3f}\n" for i, (x, y) in enumerate(zip(X, Y, strict=True)))
     path = tmp_path / "act.csv"
     text = "Time;Fin (N);Fout (N)\n" + "".join(lines)
