@@ -28,11 +28,8 @@ def with_folders(named: Named, paths: Sequence[Path]) -> Named:
     if told & {"config_id", "lead_mm"}:
         return named
     if len(folders) == 1:
-        # of a folder only what a word for it tells, and nothing that the files' names tell
-        own = [(k, v) for k, v in shared_labels(folders).constants if k in ("system", "config_id") and k not in told]
-        sure = label_words(folders) if own else set()
-        own = [(k, v) for k, v in own if k in sure]
-        asked = f"the folder '{folders[0]}' says so: does it hold for these files?" if own else ""
+        own, named_by = _of_one(paths[0], told)
+        asked = f"its folder {named_by} says so: does it hold for these files?" if own else ""
         labels = (*named.labels, *(k for k, _ in own))
         return replace(named, labels=labels, question="; ".join(filter(None, (named.question, asked))), constants=(*named.constants, *own))
     if len({p.name for p in paths}) == len(paths) and "config_id" not in label_words(folders):
@@ -43,3 +40,16 @@ def with_folders(named: Named, paths: Sequence[Path]) -> Named:
         question += "; and folders say both systems: import the files of each by themselves"
     asked = "; ".join(filter(None, (named.question, question)))
     return replace(named, question=asked, constants=(*named.constants, ("config_id", "{folder}")))
+
+
+def _of_one(path: Path, told: set[str]) -> tuple[list[tuple[str, str]], str]:
+    """Return the labels that words in the names of the folders above a file tell, the nearest first, and these names; not those that are told already."""
+    own: dict[str, str] = {}
+    shown: list[str] = []
+    for folder in path.absolute().parts[:-1][::-1][:SHOWN]:
+        found = {k: v for k, v in shared_labels([folder]).constants if k in ("system", "config_id") and k not in {*told, *own}}
+        sure = label_words([folder]) if found else set()
+        if found := {k: v for k, v in found.items() if k in sure}:
+            own |= found
+            shown.append(repr(folder))
+    return list(own.items()), " and ".join(shown)

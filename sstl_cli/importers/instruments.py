@@ -25,6 +25,7 @@ _PERIOD = re.compile(
 _INCREMENT = re.compile(r"\b(?:t_?inc\w*|increment|sample interval)\s*[=:,;]\s*(\d+(?:[.,]\d+)?(?:e[-+]?\d+)?)(?=[\s,;]|$)", re.IGNORECASE)
 # an oscilloscope's lines: the unit of what is recorded over, and of each channel
 HORIZONTAL_UNITS, VERTICAL_UNITS = "Horizontal Units", "Vertical Units"
+LABVIEW_STARTS = ("X0", "Date", "Time")
 Cut = Callable[[str], list[str]]
 # ControlDesk writes this line before its readings; the clock, in s, comes first and has no name
 READINGS, NAMES, UNITS = "trace_values", "trace_name", "unit"
@@ -109,10 +110,11 @@ def _is_reading(cell: str) -> bool:
 
 @dataclass(frozen=True)
 class Measured:
-    """What LabVIEW's header says of the columns behind it: their units, and the step (s) of their clock, NaN where it says none."""
+    """What LabVIEW's header says of the columns behind it: their units, the step (s) of their clock (NaN: none), and whether all begin together."""
 
     units: tuple[str, ...] = ()
     step_s: float = math.nan
+    together: bool = False
 
 
 def labview(header: list[str], cut: Cut) -> Measured:
@@ -126,7 +128,8 @@ def labview(header: list[str], cut: Cut) -> Measured:
         return Measured(tuple("s" if timed and i % 2 == 0 else c for i, c in enumerate(cells)))
     steps = {_number(v) for v in told.get(LABVIEW_STEP, []) if v} if timed else set()
     step = steps.pop() if len(steps) == 1 else math.nan
-    return Measured(("s" if timed else "", *told.get(LABVIEW_UNITS, [])), step if step > 0.0 else math.nan)
+    together = all(len({v for v in told.get(word, []) if v}) < 2 for word in LABVIEW_STARTS)
+    return Measured(("s" if timed else "", *told.get(LABVIEW_UNITS, [])), step if step > 0.0 else math.nan, together)
 
 
 def oscilloscope(header: list[str], cut: Cut) -> tuple[str, ...]:

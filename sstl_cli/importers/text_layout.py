@@ -122,23 +122,11 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     labels = signal_names(above, names, by_delimiter)
     stamps = _stamps(head.first, [cut(line, delimiter) for line in data])
     text = tuple(not is_number(c) and not is_missing(c) and not stamp for c, stamp in zip(head.first, stamps, strict=True))
+    # LabVIEW's step is the clock by definition, as that of its waveforms
+    wave = waveform(above, by_delimiter) or (Waveform(measured.step_s) if measured.together and math.isfinite(measured.step_s) else None)
     position = start + sum(len(line) + len(line_end) for line in lines[:at])
     return TextLayout(
-        delimiter,
-        decimal,
-        names,
-        units,
-        position,
-        at + 1,
-        head.comment,
-        named,
-        line_end,
-        text,
-        step,
-        stamps,
-        forms,
-        labels,
-        waveform(above, by_delimiter),
+        delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text, step, stamps, forms, labels, wave
     )
 
 

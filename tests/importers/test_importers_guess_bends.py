@@ -57,10 +57,13 @@ def test_a_folder_tells_what_the_name_does_not(tmp_path: Path) -> None:
     folder = tmp_path / "sstl_bend30"
     folder.mkdir()
     _, found = proposed(folder / "log.csv", TABLE)
-    assert tomllib.loads(found.toml)["constants"] == {"system": "sstl", "config_id": "30"} and "the folder 'sstl_bend30'" in asked(
+    assert tomllib.loads(found.toml)["constants"] == {"system": "sstl", "config_id": "30"} and "folder 'sstl_bend30'" in asked(
         found, "system"
     )
     assert not proposed(folder / "act_60deg.csv", TABLE)[1].questions
+    deep = folder / "run1"
+    deep.mkdir()
+    assert tomllib.loads(proposed(deep / "log.csv", TABLE)[1].toml)["constants"]["config_id"] == "30"
 
 
 def test_pairs_in_a_folder_each_belong_together(tmp_path: Path) -> None:

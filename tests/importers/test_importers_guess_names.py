@@ -144,7 +144,7 @@ def test_folders_of_files_of_one_name_may_tell_the_configuration(stems: tuple[st
     mapping.write_text(re.sub(r"  # \(\?\).*", "", found.toml), encoding="utf-8")
     runs = list(run(files, read_mapping(mapping)).runs)
     assert sorted(r.config_id for r in runs) == sorted(["bend30", "bend60"] * len(stems))
-    assert any("the folder 'bend30' says so" in q.text for q in guess(files[: len(stems)]).questions)
+    assert any("folder 'bend30' says so" in q.text for q in guess(files[: len(stems)]).questions)
 
 
 def test_what_counts_behind_an_r_beside_a_number_of_its_own_are_repeats() -> None:

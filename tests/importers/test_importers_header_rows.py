@@ -165,7 +165,10 @@ def test_units_and_rate_of_labviews_header_are_read(columns: str, tmp_path: Path
     if columns == "One":
         assert found["time_s"] == {"column": "X_Value", "unit": "s"} and "time_s" not in {q.target for q in guessed.questions}
     else:
-        assert found["time_s"]["rate_hz"] == pytest.approx(1.0 / step) and "time_s" in {q.target for q in guessed.questions}
+        assert found["time_s"]["rate_hz"] == pytest.approx(1.0 / step) and "time_s" not in {q.target for q in guessed.questions}
+        # channels that begin apart have no clock in common
+        _, apart = proposed(tmp_path, "\r\n".join([*head, *lines]).replace("X0\t0.0\t0.0", "X0\t0.0\t0.25") + "\r\n")
+        assert "time_s" in {q.target for q in apart.questions}
 
 
 def stamped(after_100_s: float) -> str:
