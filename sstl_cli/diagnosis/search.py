@@ -109,8 +109,10 @@ def _begun(
     else:
         rich = [
             fit(sim, plain, f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS, careful=True)
-            for f in rough[:LEADERS]
+            for f in _effects_first(rough)[: 2 * LEADERS]
         ]
+        # a few runs are a poor judge of which explains most, and what no leader explains the noise would have to take up
+        rich = sorted(rich, key=lambda f: f.cost)[:LEADERS]
         sim, first, noise, measured = hearing.heard(sim, [first, *rich], measured)
     return _first_round(Search(sim, noise, measured, settle(sim, noise, first), {}, {}, read=read), rough, chosen, workers)
 
@@ -137,6 +139,14 @@ def _rough(
         return done
 
     return sorted(each(coarse, range(len(promises)), workers), key=lambda f: (f.cost, f.ids)), base.theta
+
+
+def _effects_first(ordered: Sequence[Fit]) -> list[Fit]:
+    """Return the first fit of each effect, then the others, in their order: laws and sensors of one effect explain much the same."""
+    first: dict[tuple[str, ...], Fit] = {}
+    for f in ordered:
+        first.setdefault(f.ids, f)
+    return [*first.values(), *(f for f in ordered if first[f.ids] is not f)]
 
 
 def _as_known(sim: Simulator, found: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -9,6 +9,7 @@ import pytest
 from made_fits import NOISE_N, NOTHING, THETA, made, named, noise, simulator, thetas
 
 from sstl_cli.diagnosis import search as of
+from sstl_cli.diagnosis.constants import LEADERS
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import fit
 from sstl_cli.diagnosis.found import Search, each
@@ -112,6 +113,21 @@ def test_a_whole_search_finds_both_effects_and_their_sizes(whole):
     assert all(w.gain == pytest.approx(found.base.cost - w.fit.cost) for w in found.ranked())
     # screening, coarse and last fits of each of three starts (where and how friction acts, and preloads, are more screened and coarsely fitted), and one size
     assert len(shares) == 3 * 3 + 17 and sum(shares) == pytest.approx(1.0)
+
+
+def test_noise_is_heard_beside_what_explains_most_of_the_whole_log_and_beside_several_effects(whole, monkeypatch):
+    """Laws and sensors of one effect would take the places of others, and what nothing explains there the noise takes up."""
+    beside, real = [], of.hearing.heard
+    monkeypatch.setattr(of.hearing, "heard", lambda sim, fits, measured: beside.append(fits) or real(sim, fits, measured))
+    run(whole[0].sim, ("zero_offset", "const_friction", "gain_error"), 0.9 * THETA, 1)
+    ((base, *rich),) = beside
+    assert base.ids == ()
+    assert [f.cost for f in rich] == sorted(f.cost for f in rich) and len(rich) == LEADERS
+
+
+def test_effects_come_before_further_laws_of_one():
+    fits = [made(0.0, h, v) for h, v in ((OUT, (0.1,)), (ZERO, (0.1, 0.1)), (GAIN, (1.1,)), (OUT, (0.2,)))]
+    assert of._effects_first(fits) == [fits[0], fits[2], fits[1], fits[3]]
 
 
 def test_combinations_that_have_no_time_are_left_out(whole):
