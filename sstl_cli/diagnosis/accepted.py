@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -42,6 +43,13 @@ def _fitted(found: Search, named: tuple[str, ...]) -> bool:
     return named in found.combined if len(named) > 1 else named[0] in found.singles
 
 
+def _ending(base: Scenario, sim: Simulator, values: Mapping[str, float], unit_n: float) -> Scenario:
+    """Return a scenario with the stiffness of what the lines of a fit end at; the loop's own where it has one."""
+    ends = {system: 1.0 / scaling.parameter(sim.end_mm_per_n(system, values), "mm/N", unit_n) for system in ("act", "sstl")}
+    own = base.rig.loop_load_n_per_mm is not None or "loop_load_mm_per_n" in values
+    return base.with_rig(load_n_per_mm=ends["act"], loop_load_n_per_mm=ends["sstl"] if own else None)
+
+
 def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     """Return a scenario that predicts the record as the accepted fit does, in the units of the recording."""
     chosen = by_run.lasting(found.search, kept(found, said))
@@ -49,8 +57,7 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     effects = {**base.effects}
     for effect_id, values in chosen.effects.items():
         if effect_id == LINE.id:
-            load = 1.0 / scaling.parameter(values["load_mm_per_n"], "mm/N", unit_n)
-            base = base.with_rig(load_n_per_mm=load)
+            base = _ending(base, found.search.sim, values, unit_n)
             continue
         if effect_id == LOOP.id:
             base = base.with_rig(loop_friction=found.search.sim.loop_friction(chosen.effects))

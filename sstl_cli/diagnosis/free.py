@@ -14,14 +14,17 @@ from sstl_cli.physics.effects import get
 
 Array = NDArray[np.float64]
 
-# The stiffness of the load is not known from tensions; effects that act along the line need it.
+# The stiffness of the load is not known from tensions; effects that act along the line need it. The sensing loop need not end at one as stiff.
 LINE = Effect(
     id="line",
     title="Compliance of the load",
     stage=TRANSITION,
     equation="x = T / k",
     source="Section II-B",
-    parameters=(Parameter("load_mm_per_n", "mm/N", *LOAD_MM_PER_N, "compliance of the load spring", shape=True),),
+    parameters=(
+        Parameter("load_mm_per_n", "mm/N", *LOAD_MM_PER_N, "compliance of the load spring", shape=True),
+        Parameter("loop_load_mm_per_n", "mm/N", *LOAD_MM_PER_N, "compliance of what the sensing loop ends at", shape=True, system="sstl"),
+    ),
     excitation="",
 )
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import again, by_run, hearing, nameless, shared, sticking, usual
+from sstl_cli.diagnosis import again, by_run, ends, hearing, nameless, shared, sticking, usual
 from sstl_cli.diagnosis import noise as noise_of
 from sstl_cli.diagnosis.combining import combine
 from sstl_cli.diagnosis.constants import (
@@ -206,6 +206,8 @@ def _weighed(found: Search, begun: Sequence[Fit], least: float) -> tuple[Weighed
         for h, values, theta in _subsets(sim, whole):
             start = fit(sim, whole.whiten, h, theta, values, 0)
             weighed.append(weigh(sim, _settled(found, start), base))
+    looser = [ends.apart(found, w.fit) for w in weighed if base.cost - w.fit.cost > least]
+    weighed += [weigh(sim, f, base) for f in looser if f is not None]
     return tuple(sorted(weighed, key=lambda w: -w.evidence))
 
 

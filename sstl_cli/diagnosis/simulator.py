@@ -116,6 +116,13 @@ class Simulator:
         """Return the friction of the sensing loop over that of the actuation tendon."""
         return self.mechanics.loop_friction * (1.0 + effects.get(LOOP.id, {}).get(LOOP.parameters[0].name, 0.0))
 
+    def end_mm_per_n(self, system: str, values: Mapping[str, float]) -> float:
+        """Return the compliance of what a system ends at: that of the load, the loop's own, or as much of the load's as in the user's simulator."""
+        load, built = values["load_mm_per_n"], self.mechanics
+        if system != "sstl":
+            return load
+        return values.get("loop_load_mm_per_n", load * built.end_mm_per_n(system) / built.end_mm_per_n("act"))
+
     @property
     def load_known(self) -> bool:
         """Whether an effect along the line was accepted before, and with it how far the load gives way."""
@@ -215,9 +222,8 @@ class Simulator:
 
     def _made(self, asked: _Asked) -> tuple[Case, Array, Hooked, float]:
         """Return what is to be simulated, the input as it is read (N), what the output's sensor does, and more friction at the end (N)."""
-        load, effects = None, asked.effects
-        if LINE.id in effects:
-            load = effects[LINE.id]["load_mm_per_n"]
+        effects = asked.effects
+        ends = np.array([self.end_mm_per_n(d.system, effects[LINE.id]) for d in self._runs.drives]) if LINE.id in effects else None
         effects = {**self.fixed, **{k: self.changed(k, v) for k, v in effects.items() if k not in ASIDE}}
         whole = asked.whole and self._known is not None and self.behind
         effects, more = parted(effects, self.fixed) if whole else Parted(effects, 0.0)
@@ -232,7 +238,7 @@ class Simulator:
         if seen:
             starts = np.array([_true_start(r, s, seen, at) for r, s, at in self._sampled(asked.theta)[1]])
         loop = self.loop_friction(asked.effects)
-        return Case(asked.theta[self._places], active, starts, None if given is runs.tension_n else given, load, loop), read, seen, more
+        return Case(asked.theta[self._places], active, starts, None if given is runs.tension_n else given, ends, loop), read, seen, more
 
     def _seen(self, out: Array, asked: _Asked, case: Case, read: Array, seen: Hooked, more_n: float) -> Array:
         """Return true outputs (N) as sensors show them."""

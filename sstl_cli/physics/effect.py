@@ -132,7 +132,10 @@ class Transition:
 
 @dataclass(frozen=True)
 class Mechanics:
-    """Tube and tendon as built (not fitted): lengths in mm, stiffness in N and N/mm, friction of the loop over that of the actuation tendon."""
+    """Tube and tendon as built (not fitted): lengths in mm, stiffness in N and N/mm, friction of the loop over that of the actuation tendon.
+
+    The loop ends at ``loop_load_n_per_mm``, or at a load as stiff as the tendon's where none is given.
+    """
 
     length_mm: float = 2000.0
     ea_n: float = 8000.0
@@ -140,6 +143,7 @@ class Mechanics:
     arc_fraction: float = 0.25
     bend_centres: Mapping[str, float] = field(default_factory=lambda: {"NP": 0.2, "CP": 0.5, "ND": 0.8})
     loop_friction: float = 1.0
+    loop_load_n_per_mm: float | None = None
 
     def friction(self, system: str) -> float:
         """Return the factor on theta of a system."""
@@ -150,10 +154,13 @@ class Mechanics:
         """Compliance of one pass of tendon."""
         return self.length_mm / self.ea_n
 
-    @property
-    def load_mm_per_n(self) -> float:
-        """Compliance of the load spring."""
-        return 1.0 / self.load_n_per_mm
+    def end_n_per_mm(self, system: str) -> float:
+        """Return the stiffness of what a system ends at: the load spring, or what holds the far end of the loop."""
+        return self.load_n_per_mm if system != "sstl" or self.loop_load_n_per_mm is None else self.loop_load_n_per_mm
+
+    def end_mm_per_n(self, system: str) -> float:
+        """Return the compliance of what a system ends at."""
+        return 1.0 / self.end_n_per_mm(system)
 
     def straight(self, location: str | None) -> tuple[float, float]:
         """Return the share of the length before and behind the bend."""

@@ -63,7 +63,7 @@ def input_path(scenario: Scenario, p: Plan, seed: int) -> tuple[np.ndarray, np.n
     time = times(p.trajectory, scenario.sampling_hz)
     mechanics = scenario.rig.mechanics()
     if (p.trajectory.drive or "position") == "position" and p.trajectory.kind == "trapezoid":
-        args = (mechanics.tendon_mm_per_n, mechanics.load_mm_per_n)
+        args = (mechanics.tendon_mm_per_n, mechanics.end_mm_per_n(p.system))
         path = probe(p.trajectory, p.system, time, _lines(p.configuration, p.system), *args)
         return time, _moved(time, path, p.tendon)
     # the same movement for every configuration, as a lab would command it

@@ -29,6 +29,9 @@ class RigSection(Model):
     bend_centres: dict[str, Annotated[float, Field(ge=0, le=1)]] = {"NP": 0.2, "CP": 0.5, "ND": 0.8}
     nodes: Annotated[int, Field(ge=5, le=200)] = 30
     loop_friction: Annotated[float, Field(gt=0, le=100, description="friction of the sensing loop over that of the actuation tendon")] = 1.0
+    loop_load_n_per_mm: Annotated[
+        float | None, Field(gt=0, le=1e12, description="stiffness of what the sensing loop ends at; that of the load where it is not given")
+    ] = None
 
     @model_validator(mode="after")
     def _bend_inside_the_tube(self) -> RigSection:
@@ -39,7 +42,8 @@ class RigSection(Model):
 
     def mechanics(self) -> Mechanics:
         """Return the mechanics that both simulators share."""
-        return Mechanics(self.length_mm, self.ea_n, self.load_n_per_mm, self.arc_fraction, self.bend_centres, self.loop_friction)
+        own = (self.length_mm, self.ea_n, self.load_n_per_mm, self.arc_fraction, self.bend_centres, self.loop_friction)
+        return Mechanics(*own, self.loop_load_n_per_mm)
 
 
 class NoiseSection(Model):
@@ -205,7 +209,7 @@ class Scenario(Model):
             raise ValueError("two tendons have the same id")
         return self
 
-    def with_rig(self, **changes: float) -> Scenario:
+    def with_rig(self, **changes: float | None) -> Scenario:
         """Return the scenario of a rig that differs in some of its numbers."""
         return self.model_copy(update={"rig": self.rig.model_copy(update=changes)})
 

@@ -12,7 +12,10 @@ from sstl_cli.reporting.table import Cell, Table, cell, loose, probability, tabl
 from sstl_cli.reporting.words import Catalogue, unit_of, why_null
 
 # parameters of the line itself, which are fitted beside those of an effect
-SHARED = {"load_mm_per_n": "how far the load gives way at the far end"}
+SHARED = {
+    "load_mm_per_n": "how far the load gives way at the far end",
+    "loop_load_mm_per_n": "how far what the sensing loop ends at gives way",
+}
 
 
 def all_of(document: Diagnosed, catalogue: Catalogue) -> list[Table]:

@@ -38,7 +38,7 @@ def record(scenario: Scenario, p: Plan, effects: Mapping[str, Values], seed: int
         raise SstlError(f"configuration {c.id} gives no theta, which the {scenario.simulator} needs", fix="set theta", code="E718")
     time, command = input_path(scenario, p, seed)
     beside = neighbour_tension(scenario, p, seed)
-    built, heard = _built(scenario), NoiseSpec(**scenario.noise.model_dump())
+    built, heard = _built(scenario, p.system), NoiseSpec(**scenario.noise.model_dump())
     given = (p.system, c.theta * scenario.rig.mechanics().friction(p.system), c.location, time, "tension", command, beside)
     values = {effect_id: stated(effect_id, v, KNOWN[scenario.simulator]()) for effect_id, v in effects.items()}
     own = _seed(seed, scenario.simulator, p.run_id)
@@ -75,8 +75,8 @@ def stated(effect_id: str, values: Values, known: Mapping[str, Container[str]]) 
     return {n: x for n, x in values.items() if n not in idle or (active and x != idle[n])}
 
 
-def _built(scenario: Scenario) -> Built:
-    """Return geometry and mechanics under the names that all these simulators give them."""
+def _built(scenario: Scenario, system: str) -> Built:
+    """Return geometry and mechanics under the names that all these simulators give them, with the load of a system."""
     rig = scenario.rig
     return Built(
         length_mm=rig.length_mm,
@@ -84,7 +84,7 @@ def _built(scenario: Scenario) -> Built:
         nodes=rig.nodes,
         bend_arc_fraction=rig.arc_fraction,
         bend_centres=dict(rig.bend_centres),
-        load_k1_n_per_mm=rig.load_n_per_mm,
+        load_k1_n_per_mm=rig.mechanics().end_n_per_mm(system),
     )
 
 

@@ -7,8 +7,7 @@ from sstl_cli.diagnosis.free import LINE, Free, as_effects, free_parameters
 
 
 def test_a_width_is_the_range_in_which_a_parameter_is_looked_for_first():
-    (load,) = LINE.parameters
-    assert Free(LINE, load).width == pytest.approx(0.98)
+    assert [Free(LINE, p).width for p in LINE.parameters] == pytest.approx([0.98, 0.98])
 
 
 def test_free_parameters_are_those_that_a_recorded_system_can_show():

@@ -140,7 +140,7 @@ def test_a_model_begins_anew_where_the_input_may_have_turned_unseen():
 
 def test_the_load_of_an_elastic_line_is_that_of_the_rig_unless_it_is_given():
     elastic = {"presliding": {"breakaway_mm": 0.3, "spread": 0.5}}
-    as_built = SIM.predict(THETA, {**elastic, "line": {"load_mm_per_n": SIM.mechanics.load_mm_per_n}})
+    as_built = SIM.predict(THETA, {**elastic, "line": {"load_mm_per_n": SIM.mechanics.end_mm_per_n("act")}})
     assert as_built == pytest.approx(SIM.predict(THETA, elastic))
     assert np.abs(SIM.predict(THETA, {**elastic, "line": {"load_mm_per_n": 0.5}}) - as_built).max() > 0.01
 

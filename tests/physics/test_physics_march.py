@@ -46,7 +46,9 @@ def runs(seed, friction, scaled=False):
     places = geometry([(str(rng.choice(["act", "sstl"])), str(rng.choice(["NP", "CP", "ND"]))) for _ in lengths], Mechanics())
     theta, start = rng.uniform(0.1, 1.2, RUNS), rng.uniform(0.5, 20.0, RUNS)
     made = [FRICTION[friction](rng.uniform) for _ in lengths]
-    lines = elastic_lines(into, places, rng.uniform(0.05, 0.5), theta, Law(**made[0][0]), [Transition(**m[1]) for m in made], start)
+    lines = elastic_lines(
+        into, places, rng.uniform(0.05, 0.5, len(theta)), theta, Law(**made[0][0]), [Transition(**m[1]) for m in made], start
+    )
     return into, lines
 
 

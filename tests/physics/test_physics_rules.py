@@ -291,7 +291,7 @@ def test_drive_of_a_record() -> None:
 
 def test_mechanics() -> None:
     m = Mechanics()
-    assert (m.tendon_mm_per_n, m.load_mm_per_n) == (0.25, 0.125)
+    assert (m.tendon_mm_per_n, m.end_mm_per_n("act"), m.end_mm_per_n("sstl")) == (0.25, 0.125, 0.125)
     assert m.straight("NP") == pytest.approx((0.075, 0.675)) and m.straight(None) == m.straight("elsewhere") == pytest.approx(
         (0.375, 0.375)
     )

@@ -55,6 +55,11 @@ class Runs:
         """Nodes of the elastic lines; the load is not part of them."""
         return geometry([(d.system, d.location) for d in self.drives], self.drives[0].mechanics)
 
+    @cached_property
+    def ends_mm_per_n(self) -> Array:
+        """Compliance of what each run ends at, shape (runs,)."""
+        return np.array([d.mechanics.end_mm_per_n(d.system) for d in self.drives])
+
 
 def laid(drives: Sequence[Drive]) -> Runs:
     """Return runs of one tube and tendon laid end to end."""
@@ -77,15 +82,15 @@ class Case:
     """One set of parameters for runs.
 
     ``theta`` is mu Phi of one pass (rad), ``start_n`` the output tension before the first sample, NaN starts midway between the
-    propagation lines; both have shape (runs,). True input tensions, the load's compliance and the loop's friction stand where they are not those of
-    the runs.
+    propagation lines; both have shape (runs,). True input tensions, the compliance of what each run ends at (mm/N, shape (runs,)) and the loop's
+    friction stand where they are not those of the runs.
     """
 
     theta: Array
     active: Active
     start_n: Array
     tension_n: Array | None = None
-    load_mm_per_n: float | None = None
+    end_mm_per_n: Array | None = None
     loop_friction: float | None = None
 
 
@@ -126,7 +131,7 @@ def _made(runs: Runs, case: Case, tables: Tables) -> Array | tuple[Input, Lines]
         if any(driven):
             raise SstlError("effects of the transition need a run that is driven by its tension", code="E735")
         start = np.where(np.isnan(case.start_n), 0.5 * tension[runs.edges[:-1]], case.start_n)
-        load = runs.drives[0].mechanics.load_mm_per_n if case.load_mm_per_n is None else case.load_mm_per_n
+        load = runs.ends_mm_per_n if case.end_mm_per_n is None else case.end_mm_per_n
         into = Input(tension, runs.edges, runs.knots, runs.knot_edges, runs.steps_s, scale)
         return into, elastic_lines(into, runs.places, load, theta, law, transitions, start)
     of_law = tuple((effect.id, tuple(values.items())) for effect, values in laws)

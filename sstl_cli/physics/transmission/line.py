@@ -74,7 +74,7 @@ def geometry(places: Sequence[tuple[str, str | None]], mechanics: Mechanics) -> 
 
 
 def elastic_lines(
-    into: Input, places: Geometry, load_mm_per_n: float, theta: Array, law: Law, transitions: Sequence[Transition], start_n: Array
+    into: Input, places: Geometry, end_mm_per_n: Array, theta: Array, law: Law, transitions: Sequence[Transition], start_n: Array
 ) -> Lines:
     """Return the elastic lines of several runs, ready to be marched.
 
@@ -84,8 +84,8 @@ def elastic_lines(
         What goes into them, run by run.
     places : Geometry
         Lines of the runs.
-    theta, start_n : ndarray, shape (runs,)
-        mu Phi of one pass (rad), and output tension before the first sample (N).
+    end_mm_per_n, theta, start_n : ndarray, shape (runs,)
+        Compliance of what a line ends at, mu Phi of one pass (rad), and output tension before the first sample (N).
     transitions : sequence of Transition
         How each run moves between its envelopes.
     """
@@ -93,7 +93,7 @@ def elastic_lines(
     bend = places.bend * (theta / ARC_NODES)[:, None]
     last = (np.arange(runs), places.nodes - 1)
     elastic = places.gap.copy()
-    elastic[last] += load_mm_per_n
+    elastic[last] += end_mm_per_n
     scalars = np.array([SCALARS(t) for t in transitions], np.float64)
     # drag along the whole tendon, where the bend presses it against the sheath, and at its end
     drag = scalars[:, :1] * places.share + scalars[:, 1:2] * bend

@@ -31,7 +31,7 @@ def predict_position(drive: Drive, theta: float, active: Active, tension_out: Ar
     position = Position(length_mm=mechanics.length_mm)
     for effect, values in active.of_hook("position"):
         effect.position(position, values)  # type: ignore[misc]
-    x = _spring(tension_out, mechanics.load_n_per_mm, position.cubic_per_mm2)
+    x = _spring(tension_out, mechanics.end_n_per_mm(drive.system), position.cubic_per_mm2)
     if position.play_mm > 0.0:
         x = x + 0.5 * position.play_mm * (x - play(x, JOINT_MM)) / JOINT_MM
     if position.tendon_mm_per_n > 0.0 or position.creep_fraction > 0.0:
