@@ -143,6 +143,8 @@ def _short_of(row: CandidateRow, rows: Rows, share: float) -> str:
     if z <= 2.0:
         louder = "explains it only beside noise that is larger than was measured"
         return louder if (rows.log.strain or 0.0) > 1.0 else "is less likely than something that has no name here"
-    explains = f"which explains {100.0 * share:.0f} % of the squared error, " if row.kind == OUTPUT and share >= HALF else ""
+    # jumps that nobody sees account for nothing
+    nearer_by = min(share, row.share) if averaged(row) and not rows.log.rests else share
+    explains = f"which explains {100.0 * nearer_by:.0f} % of the squared error, " if row.kind == OUTPUT and nearer_by >= HALF else ""
     test, far = f"{worst.name}, " if tested else "", f"{z:.0f}" if z <= MOST_SIGMA else f"far beyond {MOST_SIGMA:g}"
     return f"{explains}leaves more than noise can be ({test}{far} sigma)"

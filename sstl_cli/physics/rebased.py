@@ -24,6 +24,12 @@ def rebase(measured: Sequence[Run], simulated: Sequence[Run]) -> list[Run]:
         If a measured run has no simulated twin (same run_id), the two inputs do not overlap in time, or both outputs are the same.
     """
     twins = {r.run_id: r for r in simulated}
+    bends: dict[tuple[str | None, str | None], list[Run]] = {}
+    for of in simulated:
+        if len(of):
+            bends.setdefault(_bend(of), []).append(of)
+    # a theta for each run would make a difference between systems of what the other simulator holds
+    thetas = {bend: _theta(runs) for bend, runs in bends.items()}
     out = []
     for run in measured:
         twin = twins.get(run.run_id)
@@ -42,7 +48,7 @@ def rebase(measured: Sequence[Run], simulated: Sequence[Run]) -> list[Run]:
             # what is left would be the base itself, without noise, which the gate takes for a sensor that is stuck
             fix = "give --against the log of the other simulator"
             raise SstlError(f"run {run.run_id!r}: both logs hold the same output, so that no gap is left", fix=fix, code="E911")
-        theta = _theta(twin)
+        theta = thetas[_bend(twin)]
         n = run.passes
         base = play_operator(run.tension_in_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, float(run.tension_out_n[0]))
         moved = base + (run.tension_out_n - there)
@@ -50,13 +56,20 @@ def rebase(measured: Sequence[Run], simulated: Sequence[Run]) -> list[Run]:
     return out
 
 
-def _theta(run: Run) -> float:
-    """Return the theta that the other simulator most nearly has: least squares on a grid, then refined."""
-    n = run.passes
+def _bend(run: Run) -> tuple[str | None, str | None]:
+    """Return what has one theta for both systems: the configuration, of an unlabelled run the run itself."""
+    return (run.config_id, run.tendon) if run.config_id is not None else (run.run_id, None)
+
+
+def _theta(runs: Sequence[Run]) -> float:
+    """Return the theta that the other simulator most nearly has in one bend: least squares on a grid, then refined."""
 
     def error(theta: float) -> float:
-        y = play_operator(run.tension_in_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, float(run.tension_out_n[0]))
-        return float(np.mean((y - run.tension_out_n) ** 2))
+        angles = [(r, r.passes * theta) for r in runs]
+        each = (
+            play_operator(r.tension_in_n, np.exp(-x), 0.0, np.exp(x), 0.0, float(r.tension_out_n[0])) - r.tension_out_n for r, x in angles
+        )
+        return float(np.mean(np.concatenate(list(each)) ** 2))
 
     grid = np.linspace(0.02, 1.5, 75)
     best = grid[int(np.argmin([error(t) for t in grid]))]

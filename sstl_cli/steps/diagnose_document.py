@@ -66,7 +66,7 @@ def document(g: Given) -> DiagnosisDocument:
         residuals=drawn.residuals(g),
     )
     restored = rows.with_beside(g, scaling.restored(found, units_of(g)), only)
-    said = [*(restored.notes or []), *notes.below_floor(restored.gap, g.verdict.effects, restored.unit or "N")]
+    said = [*(restored.notes or []), *notes.beside_floor(restored.gap, g.verdict.effects, restored.unit or "N")]
     analysis = None if restored.analysis is None else restored.analysis.model_copy(update=_theta(g, restored.gap))
     restored = restored.model_copy(update={"notes": said, "analysis": analysis})
     return restored.model_copy(update={"sentence": sentence.sentence(restored)})

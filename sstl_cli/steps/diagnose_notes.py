@@ -62,19 +62,27 @@ def of_units(g: Given) -> list[str]:
     return notes
 
 
-def below_floor(gap: Gap, effects: Sequence[str], unit: str) -> list[str]:
-    """Return the note on an error that is smaller than the noise floor as it was estimated, if the named effects leave one.
+def beside_floor(gap: Gap, effects: Sequence[str], unit: str) -> list[str]:
+    """Return the note on an error that is smaller than the noise floor as it was estimated, or beside it more than noise, if effects are named.
 
     Examples
     --------
     >>> gap = Gap.model_construct(rmse_with_effect_n=0.0226, noise_floor_n=0.0235, noise_floor_low_n=0.0221, noise_floor_high_n=0.025)
-    >>> below_floor(gap, ("zero_offset",), "N")
+    >>> beside_floor(gap, ("zero_offset",), "N")
     ['the error with the effect is below the noise floor, which is known to 0.0221..0.025 N: nothing above noise is left']
-    >>> below_floor(gap, (), "N")
+    >>> beside_floor(gap.model_copy(update={"rmse_with_effect_n": 0.05}), ("zero_offset",), "N")
+    ['0.05 N are left where noise is 0.025 N at most: zero_offset is not all that is there']
+    >>> beside_floor(gap, (), "N")
     []
     """
     left, floor, low, high = gap.rmse_with_effect_n, gap.noise_floor_n, gap.noise_floor_low_n, gap.noise_floor_high_n
-    if not effects or left is None or floor is None or left >= floor:
+    if not effects or left is None or floor is None:
+        return []
+    most = floor if high is None else high
+    # as much again as noise is, squared
+    if left**2 > 2.0 * most**2 and gap.known_misfit_n is None:
+        return [f"{left:.2g} {unit} are left where noise is {most:.2g} {unit} at most: {' + '.join(effects)} is not all that is there"]
+    if left >= floor:
         return []
     known = "which is an estimate" if low is None else f"which is known to {low:.3g}..{high:.3g} {unit}"
     return [f"the error with the effect is below the noise floor, {known}: nothing above noise is left"]
