@@ -12,6 +12,7 @@ from identification_slips import lines
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
 from sstl_cli.identification.gate.causes import NO_CAUSES
+from sstl_cli.identification.gate.limits import limit_of
 from sstl_cli.identification.gate.rules.gain import gain_of
 from sstl_cli.identification.gate.slopes import NO_SLOPES, agreed
 
@@ -102,3 +103,20 @@ def test_a_piece_that_is_only_released_may_read_far_more_than_its_input():
     assert np.isnan(gain_of(e))
     # so large a factor is no friction
     assert gain_of(gate.evidence_of(replace(piece, tension_out_n=30.0 * piece.tension_out_n))) > 30.0
+
+
+def test_an_output_that_relaxes_through_short_holds_is_no_input_at_its_limit():
+    t = np.arange(2400) / 100.0
+    phase = t % 6.0
+    x = np.interp(phase, [0.0, 2.5, 3.4, 5.5, 6.0], [3.0, 24.0, 24.0, 3.0, 3.0])
+    held = np.where((phase > 2.5) & (phase < 3.4), phase - 2.5, 0.0)
+    relaxed = np.log1p(held / 0.6) / np.log(1.0 + 0.9 / 0.6)
+    noise = 0.01 * np.random.default_rng(3).standard_normal((2, len(t)))
+    wrap, top = 0.8, 24.0 * np.exp(-0.8)
+    rising = np.minimum(top, x * np.exp(-wrap))
+    # a fifth of friction goes while the input is held, and stays gone until it is low
+    kept = np.maximum.accumulate(np.where(phase < 2.5, 0.0, relaxed).reshape(4, -1), axis=1).ravel()
+    y = np.where(phase < 2.5, rising, np.minimum(top * np.exp(0.2 * wrap * kept), x * np.exp(wrap)))
+    assert np.isnan(limit_of(t, x + noise[0], y + noise[1], (0.01, 0.01), wrap=wrap))
+    # by more than friction has to give, the input must have gone on
+    assert limit_of(t, x + noise[0], y + noise[1], (0.01, 0.01), wrap=0.2) == pytest.approx(24.0, abs=0.1)

@@ -23,6 +23,8 @@ LATE_S, NEARLY, HALFWAY = 0.2, 0.95, 0.74
 # how long (s) a speed is measured before a rest and after LATE_S of it, and the part of it that an output keeps where its input goes on unseen: at a true hold
 # nothing but creep is left, a part of the friction
 BEGINS_S, KEEPS = 0.15, 0.4
+# parts of a rest over which the means of an output show how it rises, the part of friction that relaxes at the most, and of the rest after which it still rises then
+CREEP_PARTS, RELAXES, TO_THE_END = 24, 0.5, 0.7
 # rises (part of its span) of the other channel in two rests, and how far apart it must then end: after a true hold it ends at one level
 RISES, APART = 0.08, 0.12
 # levels of a converter over the span below which an extreme says nothing
@@ -42,9 +44,10 @@ def limits_of(
 ) -> tuple[float, float]:
     """Return the levels (N) that input and output do not pass while the other one goes on, NaN where there is none."""
     t, x, y = points
-    into = limit_of(t, x, y, noise, steps[0])
+    wrap = causes.friction.wrap
+    into = limit_of(t, x, y, noise, steps[0], wrap=wrap)
     # one that goes on at its speed is not about to catch up: a low-pass must then explain more of it
-    catches_up = CATCHES_UP * (0.5 if math.isfinite(limit_of(t, x, y, noise, steps[0], as_it_came=True)) else 1.0)
+    catches_up = CATCHES_UP * (0.5 if math.isfinite(limit_of(t, x, y, noise, steps[0], as_it_came=True, wrap=wrap)) else 1.0)
     if math.isfinite(into) and _slow(t, x, y, noise[1], causes, catches_up):
         into = math.nan
     # an output that hardly leaves its backlash tells no friction to be compared with
@@ -94,12 +97,20 @@ def _lagged(v: Array, part: float) -> Array:
 
 
 def limit_of(
-    t: Array, v: Array, other: Array, noise: tuple[float, float], step: float = 0.0, driven: bool = False, as_it_came: bool = False
+    t: Array,
+    v: Array,
+    other: Array,
+    noise: tuple[float, float],
+    step: float = 0.0,
+    driven: bool = False,
+    as_it_came: bool = False,
+    wrap: float = 0.0,
 ) -> float:
     """Return the level (N) of a channel that it does not pass though the other one goes on, NaN where there is none.
 
     An input that is held leaves the output where it is; an output (``driven``) rests in backlash, but not at its largest while
-    the input grows. Where it must go on ``as_it_came`` it does not slow down meanwhile.
+    the input grows. Where it must go on ``as_it_came`` it does not slow down meanwhile. What friction of n theta (``wrap``) makes of a rest
+    as it relaxes is none.
     """
     high = quantile(v, 0.999)
     if step > COARSE * float(np.ptp(v)):
@@ -120,12 +131,12 @@ def limit_of(
         came = max(float(other[a]) for a, _ in rests)
         went = [float(np.max(other[a:b])) - came for a, b in rests]
     else:
-        if not as_it_came and _ends_apart([other[a:b] for a, b in rests], band + max(RISES * reach, NOISES * noise[1]), reach):
+        driving = [not _brakes(t, other, a, noise[1]) and not _creeps(other[a:b], wrap) for a, b in rests]
+        ends = [other[a:b] for (a, b), goes in zip(rests, driving, strict=True) if goes]
+        if not as_it_came and _ends_apart(ends, band + max(RISES * reach, NOISES * noise[1]), reach):
             return high
-        went = [
-            0.0 if _brakes(t, other, a, noise[1]) else (_went_on_as_it_came if as_it_came else _went_on)(t[a:b], other[a:b])
-            for a, b in rests
-        ]
+        way = _went_on_as_it_came if as_it_came else _went_on
+        went = [way(t[a:b], other[a:b]) if goes else 0.0 for (a, b), goes in zip(rests, driving, strict=True)]
     least = band + max((RISES if driven else GOES_ON) * reach, NOISES * noise[1])
     return high if sum(w > least for w in went) >= max(STRETCHES, 0.5 * len(went)) else math.nan
 
@@ -141,6 +152,21 @@ def _brakes(t: Array, other: Array, at: int, noise_n: float) -> bool:
     times = t[at] + np.array([-BEGINS_S, 0.0, LATE_S, LATE_S + BEGINS_S])
     before, begun, late, later = np.interp(times, t, other)
     return bool(begun - before > NOISES * noise_n and later - late < KEEPS * (begun - before))
+
+
+def _creeps(other: Array, wrap: float) -> bool:
+    """Whether an output rises during a rest of its input as friction relaxes: by a part of what friction takes, fastest at once and ever more slowly, or on to the end.
+
+    A movement that goes beyond a limit comes back to it, and its output rests meanwhile.
+    """
+    # of the means of some samples none is highest by its noise alone
+    parts = np.array([float(np.mean(part)) for part in np.array_split(other, min(CREEP_PARTS, len(other)))])
+    begun, top = median(other[:3]), float(parts.max())
+    if not 0.0 < begun < top or math.log(top / begun) > RELAXES * wrap:
+        return False
+    way = (parts - begun) / (top - begun)
+    at = int(np.argmax(way >= NEARLY))
+    return bool(at > TO_THE_END * len(way) or way[at // 2] > HALFWAY / NEARLY * way[at])
 
 
 def _ends_apart(rests: list[Array], least: float, reach: float) -> bool:
