@@ -105,6 +105,26 @@ def test_a_piece_that_is_only_released_may_read_far_more_than_its_input():
     assert gain_of(gate.evidence_of(replace(piece, tension_out_n=30.0 * piece.tension_out_n))) > 30.0
 
 
+def worn(factors, wrong=""):
+    """Return runs of two bends recorded three times each, whose friction goes by these factors from run to run."""
+    x = multisine(1, seconds=16.0)[1]
+    bends = {"b020": 0.30, "b060": 0.55}
+    log = [
+        moving(f"{bend}-{k}", x, wrap * f, system="act", config_id=bend, trajectory="m")
+        for bend, wrap in bends.items()
+        for k, f in enumerate(factors)
+    ]
+    return [replace(r, config_id="b020") if r.run_id == wrong else r for r in log]
+
+
+@pytest.mark.parametrize("factors", [(1.0, 1.08, 1.16), (1.09, 1.0, 0.92), (1.0, 0.86, 0.87)])
+def test_wear_and_scatter_from_run_to_run_are_no_wrong_label(factors):
+    assert not [r for r in gate.remarks(worn(factors)) if r.rule == "labels"]
+    # a label that is wrong leaves its run with the other bend, however much they wear
+    (said,) = [r for r in gate.remarks(worn(factors, wrong="b060-1")) if r.rule in ("labels", "relabelled")]
+    assert "b060-1" in said.run_ids
+
+
 def test_an_output_that_relaxes_through_short_holds_is_no_input_at_its_limit():
     t = np.arange(2400) / 100.0
     phase = t % 6.0

@@ -20,6 +20,10 @@ TURNED, CERTAIN = 0.04, 0.15
 MOVED_TURNED = 0.25
 ERRORS = 4.0
 CELL = 0.12
+# spreads of friction from run to run (wear, lubrication) that a cell's runs must be apart by, and part (logarithm) by which they are where no other bend of the log rubs as the odd
+# one does; expected range of so many draws over their spread
+SCATTERS, NO_BEND = 3.5, 0.3
+DRAWS = (1.0, 1.0, 1.13, 1.69, 2.06, 2.33, 2.53)
 # runs beyond which leaving one out leaves enough to be compared
 FEW = 4
 
@@ -98,6 +102,29 @@ def _log(runs: list[Evidence]) -> float:
     return float(np.log(np.median([e.slopes.friction for e in runs])))
 
 
+def _scatter(cells: Sequence[Sequence[Evidence]]) -> float:
+    """Return by how much (logarithm) friction varies from run to run of one configuration, system and movement, 0 where nothing was repeated.
+
+    Wear and lubrication vary all of them; a wrong label is in few, so that the lower median of these cells does not know of it.
+    """
+    spreads = sorted(_spread(c) for c in cells)
+    return spreads[(len(spreads) - 1) // 2] if spreads else 0.0
+
+
+def _spread(cell: Sequence[Evidence]) -> float:
+    logs = np.log([e.slopes.friction for e in cell])
+    return float(np.ptp(logs)) / DRAWS[min(len(cell), len(DRAWS) - 1)]
+
+
+def _repeated(known: Sequence[Evidence]) -> list[list[Evidence]]:
+    """Return the runs of every configuration, system and movement that was recorded again."""
+    cells: dict[object, list[Evidence]] = {}
+    for e in known:
+        if e.trajectory is not None:
+            cells.setdefault((e.config_id, e.location, *_column(e)), []).append(e)
+    return [c for c in cells.values() if len(c) > 1]
+
+
 def _columns(group: list[Evidence], moving: bool) -> Iterator[Remark]:
     """Compare which of two configurations rubs more, in every column (system, trajectory where ``moving``, tendon) that has both."""
     turned = TURNED if moving else MOVED_TURNED
@@ -108,6 +135,9 @@ def _columns(group: list[Evidence], moving: bool) -> Iterator[Remark]:
     # gains are those of the sensors, which all movements of a system share
     sensed = {(e.system, e.tendon) for e in group}
     error = {name: v for key in sensed for name, v in friction_errors([e for e in group if (e.system, e.tendon) == key]).items()}
+    repeated = _repeated(group)
+    # one cell alone may hold the wrong label
+    scatter = _scatter(repeated) if len(repeated) > 1 else 0.0
     suspects: dict[str, Evidence] = {}
     worst, against = 0.0, ("", "")
     level = {at: _log(runs) for at, runs in cells.items()}
@@ -115,7 +145,7 @@ def _columns(group: list[Evidence], moving: bool) -> Iterator[Remark]:
     for first, second in _turned(sorted({k for k, _ in cells}), columns, level, errors_at, turned):
         both = [c for c in columns if (first, c) in cells and (second, c) in cells]
         steps = [level[second, c] - level[first, c] for c in both]
-        errors = [max(error[e.run_id] / e.slopes.friction for k in (first, second) for e in cells[k, c]) for c in both]
+        errors = [_error([cells[k, c] for k in (first, second)], error, scatter) for c in both]
         rising = [c for c, d, s in zip(both, steps, errors, strict=True) if d > max(turned, ERRORS * s)]
         falling = [c for c, d, s in zip(both, steps, errors, strict=True) if d < -max(turned, ERRORS * s)]
         if not rising or not falling:
@@ -135,6 +165,12 @@ def _columns(group: list[Evidence], moving: bool) -> Iterator[Remark]:
         f"rest ({100 * worst:.0f} % apart); the files or configuration labels of {which} runs are probably shuffled",
         "file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id",
     )  # fmt: skip
+
+
+def _error(cells: Sequence[Sequence[Evidence]], error: Mapping[str, float], scatter: float) -> float:
+    """Return the error (logarithm) of a step from one cell to another: that of the lines, and what friction varies by from run to run."""
+    lines = max(error[e.run_id] / e.slopes.friction for runs in cells for e in runs)
+    return math.hypot(lines, scatter * math.sqrt(sum(1.0 / len(runs) for runs in cells)))
 
 
 def _turned(
@@ -160,12 +196,8 @@ def _turned(
 
 def _cells(known: list[Evidence]) -> Iterator[Remark]:
     """Compare runs that claim the same configuration, system and trajectory."""
-    cells: dict[object, list[Evidence]] = {}
-    for e in known:
-        cells.setdefault((e.config_id, e.location, *_column(e)), []).append(e)
-    for runs in cells.values():
-        if len(runs) < 2 or runs[0].trajectory is None:
-            continue
+    repeated = _repeated(known)
+    for runs in repeated:
         logs = np.log([e.slopes.friction for e in runs])
         apart = float(np.ptp(logs))
         error = max(e.slopes.friction_se / e.slopes.friction for e in runs)
@@ -173,6 +205,10 @@ def _cells(known: list[Evidence]) -> Iterator[Remark]:
             continue
         far = np.abs(logs - np.median(logs))
         off = [e for e, d in zip(runs, far, strict=True) if d > 0.5 * apart]
+        rest = [e for e in runs if e not in off]
+        usual = max(_scatter([c for c in repeated if c is not runs]), _spread(rest) if 1 < len(rest) < len(runs) else 0.0)
+        if apart < SCATTERS * usual or (apart < NO_BEND and not _fits_elsewhere(runs, known)):
+            continue
         # as many runs of the configuration, in other movements, may rub as the odd one does: then it is not the odd one
         backed = len(runs) > 2 and len(off) == 1 and len(_like(off[0], known)) + 1 >= len(runs) - 1
         ids = tuple(e.run_id for e in runs if len(runs) < 3 or backed or e in off)
@@ -182,6 +218,18 @@ def _cells(known: list[Evidence]) -> Iterator[Remark]:
             f"{100 * apart:.0f} % in friction; {_which(off[0], runs, known) if backed else 'one of them probably belongs to another configuration'}",
             "file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id",
         )  # fmt: skip
+
+
+def _fits_elsewhere(cell: list[Evidence], known: list[Evidence]) -> bool:
+    """Whether the friction of one end of a cell is that of another configuration of its system, as a wrong label leaves it."""
+    own = cell[0]
+    bends: dict[str | None, list[float]] = {}
+    for o in known:
+        if (o.system, o.tendon, o.location) == (own.system, own.tendon, own.location) and o.config_id != own.config_id:
+            bends.setdefault(o.config_id, []).append(o.slopes.friction)
+    levels = [float(np.median(v)) for v in bends.values()]
+    ends = [f(e.slopes.friction for e in cell) for f in (min, max)]
+    return any(abs(math.log(end / level)) < 0.5 * CELL for end in ends for level in levels)
 
 
 def _like(e: Evidence, known: list[Evidence]) -> list[Evidence]:
