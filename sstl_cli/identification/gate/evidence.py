@@ -14,6 +14,7 @@ from sstl_cli.identification.gate.dropouts import Dropouts
 from sstl_cli.identification.gate.filled import Filled
 from sstl_cli.identification.gate.fingerprints import Again, Prints, Sketch
 from sstl_cli.identification.gate.hum import Hum
+from sstl_cli.identification.gate.leaps import Crossing, Leap
 from sstl_cli.identification.gate.lost import Lost
 from sstl_cli.identification.gate.mixing import Mixed
 from sstl_cli.identification.gate.movement import WAY, Movement
@@ -79,7 +80,7 @@ class Evidence:
     ``filled`` is a stretch that was interpolated, ``held_while`` what the other channel moves by while a slow one is held (N).
     ``disorder`` tells how the rows were put in another order, ``dropouts`` are readings of one level that replace missing ones (input, output),
     ``roughness`` are the steps from one sample to the next over those between samples in any order, ``raw_correlation`` is that of all samples,
-    ``hums`` are lines of one frequency, ``lost`` are stretches of nothing but noise (input, output). ``seam`` is the largest jump that both channels make together (shares of their spans), ``seam_alone`` whether nothing else in the run is like it, ``noise_ratio`` the noise of
+    ``hums`` are lines of one frequency, ``lost`` are stretches of nothing but noise (input, output). ``seam`` is the largest jump that both channels make together (shares of their spans), ``seam_alone`` whether nothing else in the run is like it, ``leap`` is one of the input alone, ``crossing`` where both channels change places, ``noise_ratio`` the noise of
     the second half over that of the first. ``prints`` are fingerprints of short stretches of both channels, ``output_prints`` of the output where its noise shows, ``sketch`` is the noise of both channels, which survives a
     change of unit and a rounding, ``again`` what of a run comes in it twice.
     """
@@ -133,6 +134,8 @@ class Evidence:
     seam: tuple[float, float]
     seam_at_s: float
     seam_alone: bool
+    leap: Leap | None
+    crossing: Crossing | None
     noise_ratio: tuple[float, float]
     filled: Filled
     held_while: tuple[float, float]

@@ -35,6 +35,7 @@ from sstl_cli.identification.gate.filled import NOT_FILLED, filled_of, held_whil
 from sstl_cli.identification.gate.fingerprints import NEVER, NO_PRINTS, NO_SKETCH, again_of, copies_of, prints_of, sketch_of
 from sstl_cli.identification.gate.hum import hum_of
 from sstl_cli.identification.gate.jumps import channel_of
+from sstl_cli.identification.gate.leaps import crossing_of, leap_of
 from sstl_cli.identification.gate.lost import lost_of
 from sstl_cli.identification.gate.mixing import mixed_of
 from sstl_cli.identification.gate.movement import NO_MOVEMENT, both_ways, loop_work, movement_of
@@ -73,7 +74,7 @@ def evidence_of(run: Run) -> Evidence:
         usable=False, loops=0, ranges=(NO_RANGE, NO_RANGE), whole_share=(0.0, 0.0), digits_lost=(0.0, 0.0), two_values=(False, False), line_share=(0.0, 0.0),
         correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, both_ways=(0.0, 0.0), extremes=((math.nan, math.nan), (math.nan, math.nan)), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, clock_rate=None, ahead=None, mixed=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
-        seam=(0.0, 0.0), seam_at_s=math.nan, seam_alone=False, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
+        seam=(0.0, 0.0), seam_at_s=math.nan, seam_alone=False, leap=None, crossing=None, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
         position_span_mm=math.nan, position_follows=math.nan, position_movement=NO_MOVEMENT, position_wrap_mm=math.nan, position_rest=None, instead=(UNKNOWN, UNKNOWN), off=(math.nan, math.nan), reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), prints=NO_PRINTS, output_prints=NO_PRINTS, sketch=NO_SKETCH, again=NEVER,
     )  # fmt: skip
     if len(run) < MIN_SAMPLES:
@@ -153,6 +154,8 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         seam=seam,
         seam_at_s=seam_at,
         seam_alone=seam_alone,
+        leap=leap_of(run.time_s, clean.tension_in_n, (run.position_in_mm, run.tension_ref_n)),
+        crossing=crossing_of(run.time_s, clean.tension_in_n, clean.tension_out_n),
         position_span_mm=span_of(run.position_in_mm),
         position_follows=follows_of(run.position_in_mm, run.tension_in_n),
         position_movement=position_movement(run.position_in_mm),

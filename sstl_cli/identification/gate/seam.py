@@ -52,7 +52,7 @@ def seam_of(
     # or of the input alone, where the output rests
     steps = np.flatnonzero(jumps[0] > STEPS * jumps[0][k])
     many = both[k] > 0.0 and max(1 + np.count_nonzero(np.diff(a) > 2) for a in (again, steps)) > MOST
-    many &= float(np.sum(jumps[0])) * spans[0] > JUMPED * _way(few[0]) and not _reordered(few, spans, both)
+    many &= float(np.sum(jumps[0])) * spans[0] > JUMPED * way_of(few[0]) and not _reordered(few, spans, both)
     # a ramp between two renewals of the slower channel is no jump of the other one
     gradual = any(
         not _at_once(c, k * stride, stride, s, AT_ONCE * float(j[k]) * span)
@@ -85,7 +85,7 @@ def _reordered(channels: list[Array], spans: tuple[float, float], both: Array) -
     off[np.arange(len(joints)), np.arange(len(joints))] = np.inf
     nearest = np.argmin(off, axis=1)
     jumped = float(np.sum(np.abs(begins - ends)[:, 0])) * spans[0]
-    moves = jumped < MOVES * _way(channels[0])
+    moves = jumped < MOVES * way_of(channels[0])
     return moves and len(set(nearest.tolist())) == len(joints) and bool(np.all(off.min(axis=1) < MEETS))
 
 
@@ -104,10 +104,10 @@ def alone_at(
         step[max(0, k - 1) : k + 2] = 0.0
         if not jump > ALONE * float(step.max(initial=0.0)):
             return False
-    return seam[0] < JUMPED * _way(channels[0][::stride])
+    return seam[0] < JUMPED * way_of(channels[0][::stride])
 
 
-def _way(v: Array) -> float:
+def way_of(v: Array) -> float:
     """Return how far a channel goes to and fro, noise left out."""
     block = -(-len(v) // BLOCKS)
     means = v[: len(v) // block * block].reshape(-1, block).mean(axis=1)

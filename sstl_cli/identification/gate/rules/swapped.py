@@ -19,7 +19,10 @@ LIKELIER = 0.8
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
-    """Yield runs that are hysteresis loops only with the channels exchanged."""
+    """Yield runs that are hysteresis loops only with the channels exchanged, and those in which the channels change places."""
+    crossed = [e for e in log if e.both_tensions and e.crossing is not None]
+    yield from map(_midway, crossed)
+    log = [e for e in log if e not in crossed]
     hit = swapped(log)
     if not hit:
         return
@@ -34,6 +37,19 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         f"{names([e.run_id for e in hit])}: the input follows the output{said}, and exchanged they fit a hysteresis loop with "
         f"{100 * share:.0f} % of the error; input and output are probably swapped{lost}",
         "tension_in_n = (the column of tension_out_n); tension_out_n = (the column of tension_in_n)",
+    )  # fmt: skip
+
+
+def _midway(e: Evidence) -> Remark:
+    """Return what is said of a run both channels of which go to where the other was, at one sample."""
+    assert e.crossing is not None
+    at, apart = e.crossing.at_s, e.crossing.apart_n
+    till = f" to {at[1]:.4g} s" if len(at) == 2 else " on" if len(at) == 1 else f" on, and {len(at) - 1} times more later"
+    return Remark(
+        (e.run_id,), RULE, "failure", apart, "N",
+        f"{names([e.run_id])}: at {at[0]:.4g} s input and output each go to where the other one was, {apart:.3g} N away, in one step; the channels are probably exchanged "
+        f"from {at[0]:.4g} s{till}",
+        "[files] merge = \"no\" (or a time window that ends there); beyond it tension_in_n = (the column of tension_out_n) and tension_out_n = (the column of tension_in_n)",
     )  # fmt: skip
 
 
