@@ -93,10 +93,11 @@ def renewed_slowly(r: Run) -> Run:
     return replace(r, tension_out_n=r.tension_out_n[np.arange(len(r)) // 15 * 15])
 
 
-def swapped_midway(r: Run) -> Run:
-    later = np.arange(len(r)) > 0.85 * len(r)
-    x, y = r.tension_in_n, r.tension_out_n
-    return replace(r, tension_in_n=np.where(later, y, x), tension_out_n=np.where(later, x, y))
+def lost_rows(r: Run) -> Run:
+    """Return a run whose output lacks 60 rows in the middle, those behind them moved up."""
+    n = len(r) - 60
+    y = np.delete(r.tension_out_n, np.s_[1200:1260])
+    return replace(r, time_s=r.time_s[:n], tension_in_n=r.tension_in_n[:n], tension_out_n=y)
 
 
 def quiet(v: np.ndarray) -> np.ndarray:
@@ -168,6 +169,6 @@ CAUSES: dict[str, Callable[[], list[Run]]] = {
     "mixed": lambda: changed(lambda r: replace(r, tension_out_n=0.5 * (r.tension_in_n + r.tension_out_n))),
     "columns": lambda: changed(with_position),
     "relabelled": lambda: [replace(r, config_id="b080") if r.run_id == "act-b010" else r for r in slow_to_build_up()],
-    "unexplained": lambda: changed(swapped_midway, "act-b020"),
+    "unexplained": lambda: changed(lost_rows, "act-b020"),
     "crosstalk": lambda: changed(lambda r: replace(r, tension_out_n=r.tension_out_n + 0.25 * r.tension_in_n), "act-b050"),
 }

@@ -11,6 +11,7 @@ from identification_slips import bend, changed, dahl, exchanged, rig, slow_to_bu
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification.gate import evidence_of, judge, remarks
+from sstl_cli.identification.gate.bounds import flipped_fits, turned
 from sstl_cli.identification.gate.causes import NO_CAUSES, Cause
 from sstl_cli.identification.gate.clear_gain import clear_gain
 from sstl_cli.identification.gate.evidence import Evidence
@@ -231,3 +232,49 @@ def test_an_output_that_creeps_on_while_its_input_is_held_cuts_no_input_off(kept
     passing = 0.5 * np.interp(t % 10.0, [0.0, 4.0, 8.0, 10.0], [5.0, 25.0, 5.0, 5.0])
     cut = np.minimum(np.interp(t % 10.0, [0.0, 4.0, 8.0, 10.0], [5.0, 25.0, 5.0, 5.0]), 20.0)
     assert limit_of(t, cut + noise[0], passing + noise[1], (0.01, 0.01)) == pytest.approx(20.0, abs=0.1)
+
+
+def strands(x, wrap):
+    """Return an output behind a bundle of plays of many lengths, which shows no line."""
+    lengths, held, y = wrap * np.exp(np.linspace(0.0, 1.0, 12)), np.zeros(12), np.empty(len(x))
+    u = np.log(x)
+    for k in range(len(x)):
+        held = np.clip(held + (u[k] - u[max(0, k - 1)]) / lengths, -1.0, 1.0)
+        y[k] = x[k] * np.exp(-wrap * np.mean(held))
+    return y
+
+
+def behind_strands(labels, systems=("act", "sstl")):
+    t = np.arange(1600) / 100.0
+    x = 1.5 + 12.0 * (1.0 - np.cos(2.0 * np.pi * t / 8.0))
+    rng = np.random.default_rng(7)
+    return [
+        Run(
+            f"{bend}-{system}", system, t, x + 0.02 * rng.standard_normal(len(x)), strands(x, passes * wrap) + 0.02 * rng.standard_normal(len(x)),
+            config_id=label if system == "sstl" else bend, trajectory="sine",
+        )
+        for (bend, label), wrap in zip(labels.items(), (0.3, 0.4), strict=True)
+        for system, passes in zip(systems, (1, 2), strict=True)
+    ]  # fmt: skip
+
+
+def test_two_bends_whose_loops_show_no_line_are_told_by_their_order():
+    assert not {"exchanged", "labels", "passes"} & rules(remarks(behind_strands({"b1": "b1", "b2": "b2"})))
+    found = remarks(behind_strands({"b1": "b2", "b2": "b1"}))
+    assert found and found[0].rule == "labels" and "rubs more in act sine and the other in sstl sine" in found[0].sentence
+
+
+def test_an_order_that_no_law_settles_and_systems_exchanged_in_one_bend_accuse_no_configuration():
+    shown = {("b1", "act"): (0.3, 0.4), ("b2", "act"): (0.38, 0.5), ("b1", "sstl"): (0.9, 1.1), ("b2", "sstl"): (0.65, 0.7)}
+    cells = {(bend, (system, "sine")): v for (bend, system), v in shown.items()}
+    assert not turned(cells, 0.1)
+    cells["b2", ("act", "sine")] = (0.5, 0.52)
+    assert turned(cells, 0.1) and not flipped_fits(cells)
+    # two passes of the second bend rub half as much as one: it is its systems that are exchanged
+    one_bend = {
+        ("b1", ("act", "")): (0.3, 0.32),
+        ("b1", ("sstl", "")): (0.65, 0.7),
+        ("b2", ("act", "")): (1.05, 1.1),
+        ("b2", ("sstl", "")): (0.45, 0.48),
+    }
+    assert turned(one_bend, 0.1) and flipped_fits(one_bend)

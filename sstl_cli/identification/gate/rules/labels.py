@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
+from sstl_cli.identification.gate.bounds import ABOVE, bounds, flipped_fits, turned, widest
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.two_rigs import second_rig
@@ -43,7 +45,40 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         # one label explains all of it
         yield _single(alone[0], [e for e in known if e is not alone[0]])
     else:
+        # what lines tell is finer than what laws allow
+        places = {(e.location, e.tendon) for e in log} if not said else set()
         yield from said
+        for where in places:
+            yield from _disordered([e for e in log if (e.location, e.tendon) == where])
+
+
+def _disordered(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Compare which of two bends rubs more in every system and movement, by all that sound laws allow of their friction."""
+    known: dict[tuple[str, tuple[str, str | None]], list[Evidence]] = {}
+    for e in log:
+        if e.config_id is not None and e.tendon_like and e.usable and math.isfinite(bounds(e)[0]):
+            known.setdefault((str(e.config_id), (e.system, e.trajectory)), []).append(e)
+    cells = {at: widest([bounds(e) for e in runs]) for at, runs in known.items()}
+    varies = [abs(math.log(b.wraps[0] / a.wraps[0])) for runs in known.values() for a, b in pairwise(runs)]
+    found = turned(cells, max(ABOVE, ERRORS * float(np.median(varies))) if len(varies) > 1 else ABOVE)
+    if not found or flipped_fits(cells):
+        return
+    first, second, apart, ups, downs = max(found, key=lambda t: t[2])
+    # of two systems either may hold the labels, however many movements of each tell
+    one_system = {c[0] for c in ups} & {c[0] for c in downs}
+    fewer = min(ups, downs, key=len) if one_system and len(ups) != len(downs) else ups + downs
+    hit = [e for (k, c), runs in known.items() if c in fewer and k in {k for t in found for k in t[:2]} for e in runs]
+    which = " and ".join(sorted({e.system for e in hit}))
+    yield Remark(
+        tuple(e.run_id for e in hit), RULE, "failure", 100.0 * math.expm1(apart), "%",
+        f"{names([e.run_id for e in hit])}: of configurations {first} and {second} the one rubs more in {_called(ups)} and the other in {_called(downs)}, by {100.0 * math.expm1(apart):.0f} % "
+        f"or more under every law of friction that explains the runs; configuration labels of {which} runs are probably shuffled or exchanged",
+        "file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id",
+    )  # fmt: skip
+
+
+def _called(columns: list[tuple[str, str | None]]) -> str:
+    return ", ".join(" ".join(part for part in c if part) for c in columns)
 
 
 def _own(e: Evidence, runs: list[Evidence]) -> list[float]:
