@@ -62,15 +62,42 @@ def test_rows_left_out_are_asked_for_where_nothing_tells_them_from_a_faster_move
     for odd in (thinned(runs[2], 2), recorded("b050", 0.4, "act", 2, faster=2)):
         ((ids, sentence),) = said([*runs[:2], odd, *runs[3:]])
         assert ids == ("act-b050",) and sentence.endswith("or was this movement alone played 2 times as fast?")
-    # a name of its own, a run of the usual speed beside it and runs of other lengths answer that
+    # a name of its own, a run of the usual speed beside it and other speeds of this name answer that
     named = [replace(r, trajectory="slow") for r in runs]
     assert said([*named[:2], replace(thinned(named[2], 2), trajectory="fast"), *named[3:]]) == []
     assert said([*runs, replace(thinned(runs[2], 2), run_id="again")]) == []
+    assert said([*runs[:2], thinned(runs[2], 2), *runs[3:], replace(recorded("b020", 0.2, "act", 9, faster=4), run_id="fastest")]) == []
 
-    def short(r: Run) -> Run:
-        return replace(r, time_s=r.time_s[:-200], tension_in_n=r.tension_in_n[:-200], tension_out_n=r.tension_out_n[:-200])
 
-    assert said([*map(short, runs[:2]), thinned(runs[2], 2), *runs[3:]]) == []
+def around(name: str, theta: float, system: str, seed: int, loops: int, lag_s: float = 0.0) -> Run:
+    """Return a run that goes round some times, 8 s each."""
+    now = np.arange(800 * loops) / RATE
+    x, command = (14.0 - 11.0 * np.cos(2.0 * np.pi * (now - late) / 8.0) for late in (lag_s, 0.0))
+    noise = 0.02 * np.random.default_rng(seed).standard_normal((2, len(now)))
+    y = play(x, lines(theta * (2 if system == "sstl" else 1))) + noise[1]
+    return Run(
+        f"{system}-{name}-{loops}",
+        system,
+        now,
+        x + noise[0],
+        y,
+        config_id=name,
+        trajectory="sine",
+        tension_ref_n=command if lag_s else None,
+    )
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.05])
+def test_rows_left_out_are_seen_by_the_loop_however_often_each_run_goes_round(lag_s: float) -> None:
+    bends = {"b020": 0.2, "b050": 0.4, "b080": 0.6}
+    runs = [around(n, v, s, i, 2 + i % 3, lag_s) for i, ((n, v), s) in enumerate((b, s) for b in bends.items() for s in ("act", "sstl"))]
+    assert said(runs) == []
+    ((ids, sentence),) = said([*runs[:2], thinned(runs[2], 2), *runs[3:]])
+    assert ids == (runs[2].run_id,) and "every second row" in sentence
+    # beside a run of the usual speed only what keeps time tells it
+    again = around("b050", 0.4, "act", 8, 3, lag_s)
+    found = said([*runs[:2], thinned(runs[2], 2), *runs[3:], again])
+    assert ["probably holds every second row" in sentence for _, sentence in found] == ([True] if lag_s else [])
 
 
 @pytest.mark.parametrize("by", ["tension_in_n", "tension_out_n"])

@@ -23,10 +23,10 @@ SAME_SPEED = 0.15
 ALIKE, LESS = 0.1, 0.3
 # standard errors from which on a lag is known, and the part of the difference in rate in it from which on, and below which, the clock is (not) off
 SURE, CLOCK, NO_CLOCK = 5.0, 0.7, 0.3
-# most rows of which one may be left, how near a whole part of them must be, and runs of its movement beside it
-MOST_PART, WHOLE_PART, BESIDE = 10, 0.02, 2
-# part of the usual number of samples that such a run has at the most, and samples from which on a channel is held
-SHORT, HELD = 0.75, 1.5
+# most rows of which one may be left, how near a whole part of them loops must be, and runs of its movement beside it
+MOST_PART, WHOLE_PART, BESIDE = 10, 0.2, 2
+# samples from which on a channel is held
+HELD = 1.5
 Clock = Literal["", "other", "either"]
 # factors between units of time
 UNITS = {1e3: "ms", 1e6: "us", 60.0: "min"}
@@ -65,14 +65,15 @@ def _thinned(runs: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield the run that has the stamps of all others and lasts a whole part of what they do, in the same movement by its rows.
 
     A movement that is played faster is played so on purpose: in more than one run, beside one of the usual speed on the same bend, or under a name of its own.
-    What keeps time without the logger tells one from the other; where nothing does it is asked, if all other runs were recorded for one time, whatever they hold.
+    What keeps time without the logger tells one from the other; where nothing does it is asked, if all other runs of this name go round at one speed.
     """
     found = []
-    usual = float(np.median([e.samples for e in runs])) if runs else 0.0
-    few = [e for e in runs if e.samples < SHORT * usual]
-    for e in few if len(few) <= BESIDE else []:
-        alike = [(o, k) for o in runs if o is not e and o.trajectory == e.trajectory and (k := _part(e, o)) > 1 and _same_rows(e, o, k)]
-        if len(alike) >= BESIDE and not any((o.config_id, o.location, o.system) == (e.config_id, e.location, e.system) for o, _ in alike):
+    # a movement may be repeated another number of times in each run
+    for e in runs:
+        slower = [(o, k) for o in runs if o is not e and o.trajectory == e.trajectory and (k := _part(e, o)) > 1]
+        # one other run may have gone the same way among all that go round as slowly
+        alike = [(o, k) for o, k in slower if _same_rows(e, o, k)]
+        if alike and len(slower) >= BESIDE:
             found.append((e, alike))
     if len(found) != 1:
         return
@@ -84,7 +85,8 @@ def _thinned(runs: Sequence[Evidence]) -> Iterator[Remark]:
     # a line that gives way has another lag in the loop than in its first half
     sure = any(v > CLOCK for v in renewals) or min(_lags(e, [o for o in bend if o.system == e.system], k), default=0.0) > CLOCK
     sound = any(v < NO_CLOCK for v in renewals) or (bool(lags) and float(np.median(lags)) < NO_CLOCK)
-    if sound or not (sure or all(_size(o.samples / usual) < 1.0 + WHOLE_PART for o in runs if o not in few)):
+    played = any((o.config_id, o.location, o.system) == (e.config_id, e.location, e.system) for o in others)
+    if sound or not (sure or (not played and _one_speed([o for o in runs if o is not e and o.trajectory == e.trajectory]))):
         return
     rows = {2: "every second row", 3: "every third row"}.get(k, f"one row of {k}")
     why = (
@@ -117,10 +119,17 @@ def _renewals(e: Evidence, others: Sequence[Evidence], k: int) -> list[float]:
 
 
 def _part(e: Evidence, o: Evidence) -> int:
-    """Return the whole part of another run's rows that a run has, 1 where it is none or the stamps of both differ."""
-    k = round(o.samples / e.samples)
-    close = 1 < k <= MOST_PART and abs(o.samples / (k * e.samples) - 1.0) < WHOLE_PART
+    """Return the whole part of the rows of another run's loop that a run has, 1 where it is none or the stamps of both differ."""
+    k = round(o.loop_s / e.loop_s) if e.loop_s > 0.0 else 1
+    # loops are counted, and the last one may be none
+    close = 1 < k <= MOST_PART and abs(o.loop_s / (k * e.loop_s) - 1.0) < WHOLE_PART
     return k if close and _size(e.dt_s / o.dt_s) < NEAR else 1
+
+
+def _one_speed(runs: Sequence[Evidence]) -> bool:
+    """Whether runs of one movement are all played at one speed."""
+    loops = [e.loop_s for e in runs]
+    return max(loops) < min(loops) * math.exp(SAME_SPEED)
 
 
 def _same_rows(e: Evidence, o: Evidence, k: int) -> bool:
