@@ -244,10 +244,10 @@ def strands(x, wrap):
     return y
 
 
-def behind_strands(labels, systems=("act", "sstl")):
+def behind_strands(labels, systems=("act", "sstl"), seed=7):
     t = np.arange(1600) / 100.0
     x = 1.5 + 12.0 * (1.0 - np.cos(2.0 * np.pi * t / 8.0))
-    rng = np.random.default_rng(7)
+    rng = np.random.default_rng(seed)
     return [
         Run(
             f"{bend}-{system}", system, t, x + 0.02 * rng.standard_normal(len(x)), strands(x, passes * wrap) + 0.02 * rng.standard_normal(len(x)),
@@ -278,3 +278,21 @@ def test_an_order_that_no_law_settles_and_systems_exchanged_in_one_bend_accuse_n
         ("b2", ("sstl", "")): (0.45, 0.48),
     }
     assert turned(one_bend, 0.1) and flipped_fits(one_bend)
+
+
+@pytest.mark.parametrize(
+    ("channel", "factor", "told"),
+    [("tension_out_n", 0.1, "in kgf, not N, or in volts"), ("tension_in_n", 0.25, "in volts or at another gain")],
+)
+def test_a_gain_of_one_run_behind_presliding_is_told_by_the_noise_that_it_scales(channel: str, factor: float, told: str) -> None:
+    log = [
+        *behind_strands({"b1": "b1", "b2": "b2"}),
+        *(replace(r, run_id=f"{r.run_id}-again") for r in behind_strands({"b1": "b1", "b2": "b2"}, seed=8)),
+    ]
+    assert not remarks(log)
+    odd = replace(log[1], **{channel: factor * getattr(log[1], channel)})
+    first = remarks([log[0], odd, *log[2:]])[0]
+    assert first.rule == "gain" and first.run_ids == (odd.run_id,) and told in first.sentence
+    # a channel that was smoothed is as quiet, and reads what it did
+    still = replace(log[1], tension_out_n=np.convolve(np.pad(log[1].tension_out_n, 50, mode="edge"), np.full(101, 1.0 / 101.0), "valid"))
+    assert "gain" not in rules(remarks([log[0], still, *log[2:]]))

@@ -124,6 +124,11 @@ def test_a_movement_that_all_others_share_tells_the_unit_where_slow_sensors_show
     runs[2] = scaled(1 / 4.448)(runs[2])
     (one,) = [r for r in gate.remarks(runs) if r.rule == "unit_between_runs"]
     assert one.run_ids == ("r2",) and '"lbf"' in one.mend
+    # 0.1 V a newton is 2 % from kgf
+    (one,) = [
+        r for r in gate.remarks([*runs[:2], scaled(0.1)(held(bends(4, sd=0.004)[2], 16, 1)), *runs[3:]]) if r.rule == "unit_between_runs"
+    ]
+    assert "in kgf (which makes 0.102), or in volts or at another gain (0.1 per N)" in one.sentence and "gain = 9.999" in one.mend
     # a smaller movement leaves the noise as it is
     small = loop(0.5, seed=2, kind="trapezoid", sd=0.0, config_id="c2", trajectory="t", run_id="r2")
     noise = 0.004 * np.random.default_rng(3).standard_normal((2, len(small)))

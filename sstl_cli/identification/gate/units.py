@@ -8,6 +8,8 @@ from sstl_cli.core.units import UNITS
 
 # daN and cN are 2 % away from kgf and gf, which a factor does not tell
 FORCES = {name: factor for name, (kind, factor) in UNITS.items() if kind == "force" and name not in ("daN", "cN")}
+# largest reading of volts
+VOLTS = 10.0
 CHANNELS = ("tension_in_n", "tension_out_n")
 WORDS = ("input", "output")
 
@@ -38,6 +40,17 @@ def plausible_units(largest: float, low: float = 2.0, high: float = 600.0) -> li
     usual = math.log(30.0)
     fits = [n for n, size in FORCES.items() if n not in ("N", "uN", "ozf") and low <= largest * size <= high]
     return sorted(fits, key=lambda n: abs(math.log(largest * FORCES[n]) - usual))
+
+
+def or_gain(factor: float, largest: float) -> str:
+    """Return what else a channel may be whose readings are ``factor`` times what they should be, and ``largest`` at the most.
+
+    Examples
+    --------
+    >>> or_gain(0.1, 2.6), or_gain(4.4, 120.0)
+    (', or in volts or at another gain (0.1 per N)', '')
+    """
+    return f", or in volts or at another gain ({factor:.3g} per N)" if largest < VOLTS else ""
 
 
 def stated(channel: int, unit: str, more: str = "") -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from sstl_cli.identification.gate.clear_gain import Anew, clear_everywhere, clear_some, has_scale, scaled_anew
 from sstl_cli.identification.gate.evidence import MOST_WRAP, Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
-from sstl_cli.identification.gate.units import FORCES, WORDS, force_unit, stated
+from sstl_cli.identification.gate.units import FORCES, VOLTS, WORDS, force_unit, or_gain, stated
 
 RULE, RANK = "gain", 28
 # direction-dependent friction, pulleys and sensor gains of the catalogue together stay within
@@ -31,8 +31,8 @@ LEVELS = 0.4
 MEETS = 0.35
 # of the logarithm: noise (or range) of a channel beside that of the other runs
 CHANGED = 0.4
-# of the logarithm: error of a gain, at the least and at the most, within which a unit must fit to be named; largest reading of volts
-FITS, FITS_MOST, VOLTS = 0.08, 0.12, 10.0
+# of the logarithm: error of a gain, at the least and at the most, within which a unit must fit to be named
+FITS, FITS_MOST = 0.08, 0.12
 # and from which on another gain is as likely as the unit
 NEARLY = 0.045
 # highest reading of a percentage: a range is chosen for what it must show, and passed by a little
@@ -43,6 +43,9 @@ TAKES, BEFORE, LITTLE = 0.15, 0.4, 0.02
 BESIDE_IT = 0.5
 # part of what friction leaves that a gain must leave at the most
 BARELY = 0.9
+# of the logarithm: noise of the channel that is as in the other runs; part of what friction leaves that it may leave with a gain as the noise of the other channel tells it, and
+# part of that gain to which friction must find it
+AS_BEFORE, EXPLAINED, AGREES = 0.2, 0.5, 0.25
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -52,6 +55,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     # a scale is the sensor's: a run of it that does not show it by friction has no other
     scaled = {(e.system, e.tendon) for e in log if e.run_id in anew}
     log = [e for e in log if e.run_id not in anew and ((e.system, e.tendon) not in scaled or _held(e))]
+    sensed = _sensed(log)
+    yield from (_of_noise(e, *how) for e, how in sensed)
+    log = [e for e in log if all(e is not o for o, _ in sensed)]
     groups: dict[tuple[Severity, int], list[tuple[float, Evidence]]] = {}
     own = [(gain_of(e), e) for e in log]
     rig, both = _of_rig(own), _of_both_ways(own)
@@ -89,6 +95,42 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             f"differ by a factor of {g:.3g}; probably {what}",
             mend,
         )  # fmt: skip
+
+
+def _sensed(log: Sequence[Evidence]) -> list[tuple[Evidence, tuple[int, float, float]]]:
+    """Return the runs in which a gain scales the noise of one channel and its readings alike, though they show no lines: with the channel, and the gain (logarithm) by noise and by friction."""
+    found = []
+    for e in log:
+        rest = [o for o in log if o is not e and o.system == e.system]
+        c = e.causes
+        if (
+            not e.tendon_like
+            or len(rest) < BOTH
+            or math.isfinite(gain_of(e))
+            or not c.left(c.gain.rms_n) < EXPLAINED * c.left(c.friction.rms_n)
+        ):
+            continue
+        for i in (0, 1):
+            by_noise, other = _noise_apart(e, rest, i), _noise_apart(e, rest, 1 - i)
+            by_friction = c.gain.size if i else -c.gain.size
+            if abs(by_noise) > math.log(ODD) and abs(other) < AS_BEFORE and abs(by_friction - by_noise) < AGREES * abs(by_noise):
+                found.append((e, (i, by_noise, by_friction)))
+    # few of a log, and not the kind that the others are
+    return found if 2 * len(found) < len(log) else []
+
+
+def _of_noise(e: Evidence, i: int, by_noise: float, by_friction: float) -> Remark:
+    """Return what is said of a run one channel of which has a gain of its own."""
+    factor = math.exp(by_noise)
+    unit = force_unit(1.0 / factor, FITS)
+    what = f"in {unit}, not N{or_gain(factor, e.ranges[i].high)}" if unit else f"in volts or at another gain ({factor:.3g} per N)"
+    mend = stated(i, "counts", f", gain = {1.0 / factor:.4g}")
+    return Remark(
+        (e.run_id,), RULE, "failure" if abs(by_noise) > math.log(IMPOSSIBLE) else "remark", factor, "1",
+        f"{names([e.run_id])}: the noise of the {WORDS[i]} is {factor:.3g} times that of the other runs, that of the {WORDS[1 - i]} is as there, and friction explains the output only with "
+        f"a gain of the {WORDS[i]} of about {math.exp(by_friction):.2g}; the {WORDS[i]} is probably {what}",
+        f"{stated(i, unit)} or {mend} (for this file)" if unit else f"{mend} (for this file)",
+    )  # fmt: skip
 
 
 def _named(g: float, hit: list[Evidence], gains: list[tuple[float, Evidence]]) -> tuple[str, ...]:
@@ -320,7 +362,12 @@ def _between(g: float, e: Evidence, rest: list[Evidence], error: float) -> tuple
         away = [math.log(e.ranges[0].span / float(np.median([o.ranges[0].span for o in same]))), math.nan] if same else away
     inner, outer = away
     units = {i: force_unit(f, min(max(FITS, error), FITS_MOST)) for i, f in ((0, g), (1, 1.0 / g))}
-    said = [f"the {WORDS[i]} is in {units[i]}, not N" if units[i] else f"the {WORDS[i]} has another gain" for i in (0, 1)]
+    said = [
+        f"the {WORDS[i]} is in {units[i]}, not N{or_gain(f, e.ranges[i].high)}"
+        if units[i]
+        else f"the {WORDS[i]} {'is in volts or ' if e.ranges[i].high < VOLTS else ''}has another gain"
+        for i, f in ((0, 1.0 / g), (1, g))
+    ]
     mends = [stated(i, units[i] or "counts", "" if units[i] else f", gain = {f:.4g}") for i, f in ((0, g), (1, 1.0 / g))]
     # a small gain changes the noise by as little
     off = min(CHANGED, 0.5 * abs(size))

@@ -9,7 +9,7 @@ import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
-from sstl_cli.identification.gate.units import FORCES, stated
+from sstl_cli.identification.gate.units import FORCES, or_gain, stated
 
 RULE, RANK = "unit_between_runs", 8
 # of the logarithms: noise is known to a few per cent, ranges depend on the movement
@@ -24,7 +24,7 @@ STEP, SAME, SENSED = 0.05, 0.04, 0.6
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs that are a unit of force away from the rest of their system."""
-    found: dict[str, list[Evidence]] = {}
+    found: dict[str, list[tuple[Evidence, float]]] = {}
     usable = [e for e in log if e.tendon_like and all(s.step_n > 0.0 or (s.noise_n > 0.0 and s.white) for s in e.sensors)]
     for system in sorted({e.system for e in usable}):
         alike = [e for e in usable if e.system == system]
@@ -37,17 +37,23 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         for e, row in zip(runs, sizes, strict=True):
             unit = _unit(row - usual) if e.system == system else None
             if unit is not None and (runs is alike or not _one_converter(e, log)):
-                found.setdefault(unit, []).append(e)
-    told = {e.run_id for hit in found.values() for e in hit}
-    for e, unit in _by_movement([e for e in log if e.run_id not in told]):
-        found.setdefault(unit, []).append(e)
+                # noise is known better than what the movement makes of a range
+                found.setdefault(unit, []).append((e, float(np.mean((row - usual)[:2]))))
+    told = {e.run_id for hit in found.values() for e, _ in hit}
+    for e, unit, size in _by_movement([e for e in log if e.run_id not in told]):
+        found.setdefault(unit, []).append((e, size))
     for unit, hit in found.items():
-        ids = tuple(e.run_id for e in hit)
+        ids = tuple(e.run_id for e, _ in hit)
+        factor = math.exp(float(np.median([size for _, size in hit])))
+        either = or_gain(factor, max(r.high for e, _ in hit for r in e.ranges))
+        mend = f"{stated(0, unit)}; {stated(1, unit)} (for this file)"
+        if either:
+            mend += f", or {'; '.join(stated(i, 'counts', f', gain = {1.0 / factor:.4g}') for i in (0, 1))}"
         yield Remark(
-            ids, RULE, "failure", 1.0 / FORCES[unit], "1",
-            f"{names(ids)}: noise and range of both channels are {1.0 / FORCES[unit]:.3g} times those of the other runs; this "
-            f"file is probably in {unit}, the others in N",
-            f"{stated(0, unit)}; {stated(1, unit)} (for this file)",
+            ids, RULE, "failure", factor, "1",
+            f"{names(ids)}: noise and range of both channels are {factor:.3g} times those of the other runs; this "
+            f"file is probably in {unit} (which makes {1.0 / FORCES[unit]:.3g}){either}, the others in N",
+            mend,
         )  # fmt: skip
 
 
@@ -72,7 +78,7 @@ def _one_converter(e: Evidence, log: Sequence[Evidence]) -> bool:
     )
 
 
-def _by_movement(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, str]]:
+def _by_movement(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, str, float]]:
     """Yield runs whose input goes over another range than that of all other runs of its movement, by a unit of force."""
     groups: dict[object, list[Evidence]] = {}
     for e in log:
@@ -81,13 +87,13 @@ def _by_movement(log: Sequence[Evidence]) -> Iterator[tuple[Evidence, str]]:
             groups.setdefault((e.trajectory, e.tendon), []).append(e)
     told: set[str] = set()
     for runs in groups.values():
-        for e, unit in _scaled(runs, log) if len(runs) > 2 else ():
+        for e, unit, size in _scaled(runs, log) if len(runs) > 2 else ():
             if e.run_id not in told:
                 told.add(e.run_id)
-                yield e, unit
+                yield e, unit, size
 
 
-def _scaled(runs: list[Evidence], log: Sequence[Evidence]) -> Iterator[tuple[Evidence, str]]:
+def _scaled(runs: list[Evidence], log: Sequence[Evidence]) -> Iterator[tuple[Evidence, str, float]]:
     """Yield runs of one movement whose tensions are another unit of force than those of the rest."""
     spans = np.log([[max(r.span, 1e-300) for r in e.ranges] for e in runs])
     usual = np.median(spans, axis=0)
@@ -100,7 +106,7 @@ def _scaled(runs: list[Evidence], log: Sequence[Evidence]) -> Iterator[tuple[Evi
         for unit, size in FORCES.items():
             fits = abs(row[0] + math.log(size)) < SAME and abs(row[1] + math.log(size)) < RANGE
             if unit != "N" and fits and (_sensed(e, rest, math.log(size)) or _below_noise(e, log, size)):
-                yield e, unit
+                yield e, unit, float(row[0])
 
 
 def _sensed(e: Evidence, rest: list[Evidence], size: float) -> bool:
