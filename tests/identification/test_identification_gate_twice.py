@@ -77,3 +77,31 @@ def test_a_gain_of_all_runs_of_one_system_is_not_measured_by_the_other():
     half = [replace(r, tension_out_n=2.1 * r.tension_out_n) if r.system == "act" else r for r in log]
     said = [r for r in gate.remarks(half) if r.rule == "gain"]
     assert said and not any("other runs" in r.sentence for r in said)
+
+
+def tracking(k, name):
+    """Return a run of a sine or a triangle of one period, and its reference."""
+    t = np.arange(3000) / 100.0
+    s = 0.5 - 0.5 * np.cos(2.0 * np.pi * t / 6.0) if name == "sine" else 1.0 - np.abs(2.0 * (t / 6.0 % 1.0) - 1.0)
+    x, scatter = 2.0 + 22.0 * s, 0.02 * np.random.default_rng(k).standard_normal((2, len(t)))
+    run = Run(
+        f"r{k}",
+        "act",
+        t,
+        np.roll(x, 2) + scatter[0],
+        play(x, lines(0.2 + 0.1 * (k // 2))) + scatter[1],
+        config_id=f"b{k // 2}",
+        trajectory=name,
+    )
+    return replace(run, tension_ref_n=x)
+
+
+def test_the_reference_of_another_movement_of_the_same_period_is_told():
+    runs = [tracking(k, ("sine", "triangle")[k % 2]) for k in range(6)]
+    assert "reference" not in rules(runs)
+    other = [replace(runs[0], tension_ref_n=runs[3].tension_ref_n), *runs[1:]]
+    (said,) = [r for r in gate.remarks(other) if r.rule == "reference"]
+    assert said.run_ids == ("r0",) and "it is probably the reference of another run" in said.sentence
+    # an input that is off under the right reference is no slip of that
+    off = [replace(runs[0], tension_in_n=np.minimum(runs[0].tension_in_n, 17.0)), *runs[1:]]
+    assert "reference" not in rules(off)

@@ -86,9 +86,9 @@ def _alone(x: Array, y: Array, noise_n: float) -> Cause:
     return replace(found, rms_n=found.rms_n / max(float(np.ptp(y)), 1e-300))
 
 
-def position_movement(position: Array | None) -> Movement:
-    """Return how the position moves, nothing where it was not recorded throughout."""
-    return movement_of(position) if _throughout(position) else NO_MOVEMENT
+def column_movement(column: Array | None) -> Movement:
+    """Return how a position or a reference moves, nothing where it was not recorded throughout."""
+    return movement_of(column) if _throughout(column) else NO_MOVEMENT
 
 
 def off_of(column: Array | None, x: Array) -> float:

@@ -75,7 +75,7 @@ class Evidence:
     ``copy_rms`` what a straight line from input to output leaves (share of the output's span). ``swapped_rms`` and
     ``flipped_rms`` are residuals (share of the output's span) of the play operator with input and output
     exchanged, and with the output's sign changed; ``forward_rms`` as recorded (NaN where there was no need to look).
-    ``reference_left`` is what its reference leaves of the input's movement, ``reference_lag`` is that of the input behind its reference, and its standard error (s), ``movement`` how the input moves sample by sample.
+    ``reference_left`` is what its reference leaves of the input's movement, ``reference_movement`` how it moves, ``reference_lag`` is that of the input behind its reference, and its standard error (s), ``movement`` how the input moves sample by sample.
     ``position_follows`` is the correlation of position and input, ``position_movement`` how the position moves sample by sample, ``position_wrap_mm`` by how much it jumps from end to end of its range, ``position_rest`` where it stands still, ``instead`` what friction makes of it (leaving a share of the span) with the position in the place of the input and of the output, ``off`` by how much position and reference read beside the input (share of its span), ``copies`` are the pairs of columns that hold the same numbers.
     ``filled`` is a stretch that was interpolated, ``held_while`` what the other channel moves by while a slow one is held (N).
     ``disorder`` tells how the rows were put in another order, ``dropouts`` are readings of one level that replace missing ones (input, output),
@@ -148,6 +148,7 @@ class Evidence:
     off: tuple[float, float]
     reference_gain: float
     reference_left: float
+    reference_movement: Movement
     reference_lag: tuple[float, float]
     movement: Movement
     copies: tuple[tuple[str, str], ...]

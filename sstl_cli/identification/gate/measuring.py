@@ -13,10 +13,10 @@ from sstl_cli.core.sound import CHANNELS, unsound
 from sstl_cli.identification.filtering import median
 from sstl_cli.identification.gate.ahead import ahead_of
 from sstl_cli.identification.gate.beside import (
+    column_movement,
     follows_of,
     instead_of,
     off_of,
-    position_movement,
     reference_gain,
     reference_lag,
     reference_left,
@@ -75,7 +75,7 @@ def evidence_of(run: Run) -> Evidence:
         correlation=math.nan, raw_correlation=math.nan, noise_correlation=math.nan, loop_work=math.nan, both_ways=(0.0, 0.0), extremes=((math.nan, math.nan), (math.nan, math.nan)), roughness=(0.0, 0.0), disorder="", dropouts=(None, None), hums=(None, None), copy_rms=math.nan, slopes=NO_SLOPES, play=None, causes=NO_CAUSES, curve=None, clock_rate=None, ahead=None, mixed=None, shapes=NO_SHAPES, forward_rms=math.nan,
         swapped_rms=math.nan, flipped_rms=math.nan, stuck_while_n=(0.0, 0.0), lost=(None, None),
         seam=(0.0, 0.0), seam_at_s=math.nan, seam_alone=False, leap=None, crossing=None, noise_ratio=(math.nan, math.nan), filled=NOT_FILLED, held_while=(0.0, 0.0),
-        position_span_mm=math.nan, position_follows=math.nan, position_movement=NO_MOVEMENT, position_wrap_mm=math.nan, position_rest=None, instead=(UNKNOWN, UNKNOWN), off=(math.nan, math.nan), reference_gain=math.nan, reference_left=math.nan, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), prints=NO_PRINTS, output_prints=NO_PRINTS, sketch=NO_SKETCH, again=NEVER,
+        position_span_mm=math.nan, position_follows=math.nan, position_movement=NO_MOVEMENT, position_wrap_mm=math.nan, position_rest=None, instead=(UNKNOWN, UNKNOWN), off=(math.nan, math.nan), reference_gain=math.nan, reference_left=math.nan, reference_movement=NO_MOVEMENT, reference_lag=(math.nan, math.nan), movement=NO_MOVEMENT, copies=(), prints=NO_PRINTS, output_prints=NO_PRINTS, sketch=NO_SKETCH, again=NEVER,
     )  # fmt: skip
     if len(run) < MIN_SAMPLES:
         return unknown
@@ -130,7 +130,7 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
     shapes = shapes_of((t, x, y), raw, Recorded(renewed, noises, block), steps, causes) if moves else NO_SHAPES
     seam, seam_at, seam_alone = _seam(e, raw, clean, ranges)
     return replace(
-        e,
+        _of_reference(e, run, clean.tension_in_n),
         usable=True,
         loops=found.loops,
         ranges=ranges,
@@ -158,16 +158,24 @@ def _of_movement(e: Evidence, run: Run) -> Evidence:
         crossing=crossing_of(run.time_s, clean.tension_in_n, clean.tension_out_n),
         position_span_mm=span_of(run.position_in_mm),
         position_follows=follows_of(run.position_in_mm, run.tension_in_n),
-        position_movement=position_movement(run.position_in_mm),
+        position_movement=column_movement(run.position_in_mm),
         position_wrap_mm=wrap_of(run.position_in_mm, clean.tension_in_n),
         instead=instead_of(position, (x, y), noises) if moves and not causes.enough else (UNKNOWN, UNKNOWN),
         position_rest=standstill_of(run.time_s, run.position_in_mm, clean.tension_in_n),
         off=(off_of(run.position_in_mm, run.tension_in_n), off_of(run.tension_ref_n, run.tension_in_n)),
-        reference_gain=reference_gain(run.tension_ref_n, run.tension_in_n),
-        reference_left=reference_left(run.tension_ref_n, clean.tension_in_n),
-        reference_lag=reference_lag(run.time_s, run.tension_ref_n, run.tension_in_n),
         movement=movement_of(clean.tension_in_n),
         copies=copies_of({n: v for n in CHANNELS if (v := getattr(run, n)) is not None}),
+    )
+
+
+def _of_reference(e: Evidence, run: Run, x: Array) -> Evidence:
+    """Return the evidence with how the input, ``x`` without its spikes, follows its reference."""
+    return replace(
+        e,
+        reference_gain=reference_gain(run.tension_ref_n, run.tension_in_n),
+        reference_left=reference_left(run.tension_ref_n, x),
+        reference_movement=column_movement(run.tension_ref_n),
+        reference_lag=reference_lag(run.time_s, run.tension_ref_n, run.tension_in_n),
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from sstl_cli.identification.gate.beside import FOLLOWED
 from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.movement import unlike
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.units import force_unit, stated
 
@@ -18,6 +19,8 @@ APART = 2.0
 LEFT, FEW = math.sqrt(1.0 - FOLLOWED**2), 3
 # part of the input's span by which readings in its own unit are off it where it is driven along them, and how much further another quantity is
 READS, FURTHER = 0.12, 2.0
+# how many times more of a reference must be left by its own input than by those of all other runs, and by the one that follows it
+ANOTHERS = 2.0
 
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -56,13 +59,37 @@ def _exchanged(e: Evidence, reads: float) -> bool:
 def _foreign(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield the one run whose input does not go the way of its reference, as that of every other run does."""
     # of a gap that was filled, and of a sensor that shows nothing, the reference knows nothing
-    hit = [e for e in log if e.reference_left > LEFT and not e.filled.length_s and not e.but_noise(0)]
+    tracked = [e for e in log if not e.filled.length_s and not e.but_noise(0)]
+    hit = [e for e in tracked if e.reference_left > LEFT]
+    if not hit and len(log) > FEW:
+        yield from _anothers(tracked)
     if len(hit) == 1 and len(log) > FEW:
         left = hit[0].reference_left
         yield Remark(
             (hit[0].run_id,), RULE, "remark", 100.0 * left, "%",
             f"{names([hit[0].run_id])}: the reference leaves {100 * left:.0f} % of the input's movement unexplained, at most "
             f"{100 * max(e.reference_left for e in log if e is not hit[0]):.0f} % in the other runs; it is probably the reference of another run",
+            "tension_ref_n = { column = ..., file = (the file of this run) }",
+        )  # fmt: skip
+
+
+def _anothers(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield the run whose reference the input of another run follows as every other one follows its own, where its own input goes another way of the same period."""
+    worst = max(log, key=lambda e: e.reference_left, default=None)
+    if worst is None or len(log) <= FEW:
+        return
+    rest = [e for e in log if e is not worst]
+    own, most = worst.reference_left, max(e.reference_left for e in rest)
+    # a reference that others of this name have as well is the right one, and the input is off
+    called = [o for o in rest if (o.trajectory or o.config_id) == (worst.trajectory or worst.config_id)]
+    if own < ANOTHERS * most or any(unlike(worst.reference_movement, o.reference_movement) < most for o in called):
+        return
+    left, other = min(((unlike(worst.reference_movement, o.movement), o) for o in rest), key=lambda pair: pair[0])
+    if ANOTHERS * left < own and left < ANOTHERS * most and ANOTHERS * left < unlike(worst.movement, other.movement):
+        yield Remark(
+            (worst.run_id,), RULE, "remark", 100.0 * own, "%",
+            f"{names([worst.run_id])}: the reference leaves {100 * own:.0f} % of the input's movement unexplained, at most {100 * most:.0f} % in the other runs, and {100 * left:.0f} % of that of "
+            f"run {other.run_id}; it is probably the reference of another run",
             "tension_ref_n = { column = ..., file = (the file of this run) }",
         )  # fmt: skip
 
