@@ -123,6 +123,11 @@ class Simulator:
             return load
         return values.get("loop_load_mm_per_n", load * built.end_mm_per_n(system) / built.end_mm_per_n("act"))
 
+    def _ending(self, values: Mapping[str, float]) -> Mechanics:
+        """Return the mechanics with what the lines of a fit end at."""
+        tendon, loop = (1.0 / self.end_mm_per_n(system, values) for system in ("act", "sstl"))
+        return replace(self.mechanics, load_n_per_mm=tendon, loop_load_n_per_mm=loop)
+
     @property
     def load_known(self) -> bool:
         """Whether an effect along the line was accepted before, and with it how far the load gives way."""
@@ -223,7 +228,7 @@ class Simulator:
     def _made(self, asked: _Asked) -> tuple[Case, Array, Hooked, float]:
         """Return what is to be simulated, the input as it is read (N), what the output's sensor does, and more friction at the end (N)."""
         effects = asked.effects
-        ends = np.array([self.end_mm_per_n(d.system, effects[LINE.id]) for d in self._runs.drives]) if LINE.id in effects else None
+        built = self._ending(effects[LINE.id]) if LINE.id in effects else None
         effects = {**self.fixed, **{k: self.changed(k, v) for k, v in effects.items() if k not in ASIDE}}
         whole = asked.whole and self._known is not None and self.behind
         effects, more = parted(effects, self.fixed) if whole else Parted(effects, 0.0)
@@ -238,7 +243,7 @@ class Simulator:
         if seen:
             starts = np.array([_true_start(r, s, seen, at) for r, s, at in self._sampled(asked.theta)[1]])
         loop = self.loop_friction(asked.effects)
-        return Case(asked.theta[self._places], active, starts, None if given is runs.tension_n else given, ends, loop), read, seen, more
+        return Case(asked.theta[self._places], active, starts, None if given is runs.tension_n else given, built, loop), read, seen, more
 
     def _seen(self, out: Array, asked: _Asked, case: Case, read: Array, seen: Hooked, more_n: float) -> Array:
         """Return true outputs (N) as sensors show them."""

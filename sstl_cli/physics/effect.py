@@ -162,6 +162,10 @@ class Mechanics:
         """Return the compliance of what a system ends at."""
         return 1.0 / self.end_n_per_mm(system)
 
+    def slip_mm_per_n(self, system: str) -> float:
+        """Return by how much a line slips in the middle of a pass for what its tension changes by."""
+        return 0.5 * self.tendon_mm_per_n + self.end_mm_per_n(system)
+
     def straight(self, location: str | None) -> tuple[float, float]:
         """Return the share of the length before and behind the bend."""
         centre = self.bend_centres.get(location or "CP", 0.5)

@@ -13,8 +13,7 @@ def weakening(ratio: float, speed_mm_s: float) -> list[Callable[[Drive], Array]]
         return []
 
     def scale(drive: Drive) -> Array:
-        mechanics = drive.mechanics
-        speed = np.abs(drive.rate_n_s) * (0.5 * mechanics.tendon_mm_per_n + mechanics.end_mm_per_n(drive.system))
+        speed = np.abs(drive.rate_n_s) * drive.mechanics.slip_mm_per_n(drive.system)
         return np.asarray(1.0 + (ratio - 1.0) * np.exp(-((speed / speed_mm_s) ** 2)))
 
     return [scale]

@@ -7,7 +7,10 @@ import pytest
 
 from sstl_cli.diagnosis.free import LINE
 from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.physics.effect import Law
+from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import Scenario, load
+from sstl_cli.physics.transmission.model import drive_of
 from sstl_cli.steps import diagnose
 from sstl_cli.steps import simulate as step
 
@@ -69,3 +72,23 @@ def test_the_model_keeps_both_loads_and_another_day_has_nothing_new(told):
 def test_one_load_is_enough_where_both_end_alike():
     found = diagnose.run(recorded(rig()), diagnose.DiagnoseOptions(effects=("viscous",), max_effects=1)).evidence.search
     assert "loop_load_mm_per_n" not in found.best(("viscous",)).fit.effects[LINE.id]
+
+
+def test_a_loop_that_ends_stiffer_slips_and_wears_less():
+    mechanics = rig(loop_load_n_per_mm=LOOP).rig.mechanics()
+    law, v = Law(), get("friction_drift").complete({"d_mu": 0.3, "path_n": 50.0})
+    get("friction_drift").law(law, v)
+    tension = 10.0 + 5.0 * np.sin(np.linspace(0.0, 60.0, 400))
+    worn = {s: law.friction_scale[0](drive_of(s, None, 0.05, tension, mechanics)) - 1.0 for s in ("act", "sstl")}
+    slips = (0.5 * mechanics.tendon_mm_per_n + 1.0 / LOOP) / (0.5 * mechanics.tendon_mm_per_n + 1.0 / TENDON)
+    assert np.log(worn["sstl"] / 0.3) == pytest.approx(slips * np.log(worn["act"] / 0.3), abs=1e-12)
+
+
+def test_friction_that_warms_is_found_by_how_far_each_line_slips():
+    plan = rig(loop_load_n_per_mm=LOOP)
+    runs = list(step.run(plan, {"friction_drift": {"d_mu_heat_s_per_n2": -2e-3, "cooling_s": 8.0}}, 1))
+    found = diagnose.run(runs, diagnose.DiagnoseOptions(effects=("friction_drift", "zero_drift"), max_effects=1))
+    assert found.verdict.effects == ("friction_drift",)
+    best = found.evidence.search.best(("friction_drift",)).fit
+    # it slips by the loads that the fit has, not by those of the simulator it began from
+    assert best.effects["friction_drift"]["d_mu_heat_s_per_n2"] == pytest.approx(-2e-3, rel=0.2)

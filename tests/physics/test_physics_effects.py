@@ -8,7 +8,6 @@ import textwrap
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -339,7 +338,7 @@ def test_friction_that_warms_and_cools():
     # pulled at 2 N/s from 10 N for 5 s, then held: power is T times 2 N/s, then nothing
     time = np.arange(0.0, 20.0, 0.01)
     tension = 10.0 + 2.0 * np.minimum(time, 5.0)
-    drive = SimpleNamespace(tension_n=tension, rate_n_s=np.where(time < 5.0, 2.0, 0.0), dt_s=0.01, time_s=time, path_n=time)
+    drive = drive_of("act", None, 0.01, tension, Mechanics(), np.where(time < 5.0, 2.0, 0.0))
     law = Law()
     effect = get("friction_drift")
     effect.law(law, effect.complete({"d_mu_heat_s_per_n2": 0.01, "cooling_s": 4.0}))

@@ -11,7 +11,7 @@ def _law(law: Law, v: Values) -> None:
     if by_path != 0.0 or by_time != 0.0 or by_heat != 0.0:
 
         def scale(drive: Drive) -> Array:
-            factor = 1.0 + by_path * np.exp(-drive.path_n / path) + by_time * np.exp(-drive.time_s / time)
+            factor = 1.0 + by_path * np.exp(-drive.path_n * _slips(drive) / path) + by_time * np.exp(-drive.time_s / time)
             if by_heat != 0.0:
                 factor = factor + by_heat * _warmth(drive, v["cooling_s"])
             return np.asarray(np.maximum(factor, 0.0))
@@ -19,9 +19,14 @@ def _law(law: Law, v: Values) -> None:
         law.friction_scale.append(scale)
 
 
+def _slips(drive: Drive) -> float:
+    """Return by how much a line slips for its input, over the actuation tendon: that wears and warms, and a loop that ends stiffer slips less."""
+    return drive.mechanics.slip_mm_per_n(drive.system) / drive.mechanics.slip_mm_per_n("act")
+
+
 def _warmth(drive: Drive, cooling_s: float) -> Array:
     """Return the temperature over that around it, as the power (N^2/s) that would keep it: friction goes with tension, its speed with the rate."""
-    power = np.maximum(drive.tension_n, 0.0) * np.abs(drive.rate_n_s)
+    power = np.maximum(drive.tension_n, 0.0) * np.abs(drive.rate_n_s) * _slips(drive)
     # a run begins cold
     power[0] = 0.0
     return low_pass(power, drive.dt_s, cooling_s)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError
-from sstl_cli.physics.effect import Drive, Law, Transition
+from sstl_cli.physics.effect import Drive, Law, Mechanics, Transition
 from sstl_cli.physics.transmission.active import Active
 from sstl_cli.physics.transmission.envelope import Envelopes, Line, envelopes
 from sstl_cli.physics.transmission.line import Geometry, elastic_lines, geometry, marched
@@ -55,11 +55,6 @@ class Runs:
         """Nodes of the elastic lines; the load is not part of them."""
         return geometry([(d.system, d.location) for d in self.drives], self.drives[0].mechanics)
 
-    @cached_property
-    def ends_mm_per_n(self) -> Array:
-        """Compliance of what each run ends at, shape (runs,)."""
-        return np.array([d.mechanics.end_mm_per_n(d.system) for d in self.drives])
-
 
 def laid(drives: Sequence[Drive]) -> Runs:
     """Return runs of one tube and tendon laid end to end."""
@@ -82,15 +77,15 @@ class Case:
     """One set of parameters for runs.
 
     ``theta`` is mu Phi of one pass (rad), ``start_n`` the output tension before the first sample, NaN starts midway between the
-    propagation lines; both have shape (runs,). True input tensions, the compliance of what each run ends at (mm/N, shape (runs,)) and the loop's
-    friction stand where they are not those of the runs.
+    propagation lines; both have shape (runs,). True input tensions, the mechanics (for what the lines end at) and the loop's friction stand where they
+    are not those of the runs.
     """
 
     theta: Array
     active: Active
     start_n: Array
     tension_n: Array | None = None
-    end_mm_per_n: Array | None = None
+    mechanics: Mechanics | None = None
     loop_friction: float | None = None
 
 
@@ -117,7 +112,7 @@ def _made(runs: Runs, case: Case, tables: Tables) -> Array | tuple[Input, Lines]
         angle = runs.passes * theta
         # a tendon cannot push: below zero the lines stay at zero, as they do with effects
         return play_runs(tension, runs.edges, np.exp(-angle), np.exp(angle), case.start_n)
-    drives: Sequence[Drive] = runs.drives
+    drives = runs.drives if case.mechanics is None else [replace(d, mechanics=case.mechanics) for d in runs.drives]
     if (bent or law.friction_scale or law.following_scale) and case.tension_n is not None:
         drives = [replace(d, tension_n=x) for d, x in zip(drives, runs.each(tension), strict=True)]
     transitions = [Transition() for _ in drives]
@@ -131,9 +126,9 @@ def _made(runs: Runs, case: Case, tables: Tables) -> Array | tuple[Input, Lines]
         if any(driven):
             raise SstlError("effects of the transition need a run that is driven by its tension", code="E735")
         start = np.where(np.isnan(case.start_n), 0.5 * tension[runs.edges[:-1]], case.start_n)
-        load = runs.ends_mm_per_n if case.end_mm_per_n is None else case.end_mm_per_n
+        ends = np.array([d.mechanics.end_mm_per_n(d.system) for d in drives])
         into = Input(tension, runs.edges, runs.knots, runs.knot_edges, runs.steps_s, scale)
-        return into, elastic_lines(into, runs.places, load, theta, law, transitions, start)
+        return into, elastic_lines(into, runs.places, ends, theta, law, transitions, start)
     of_law = tuple((effect.id, tuple(values.items())) for effect, values in laws)
 
     def lines_of(wanted: tuple[Line, ...]) -> Envelopes:
