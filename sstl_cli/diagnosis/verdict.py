@@ -325,7 +325,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     if p[NONE] >= likely and p[NONE] >= min(weights.quiet, named):
         why = "no candidate improves the error by more than noise can, and what is left looks like noise"
         if p[NONE] < named:
-            why = f"several effects might be there and none of them is likely, {' + '.join(top)} more than any other"
+            why = f"nothing is likelier than any one effect, though not than all of them together, of which {' + '.join(top)} is the most likely"
         return say(NOTHING, (), p[NONE], (), why)
     if p[UNKNOWN] >= named:
         return say(UNDECIDED, (), p[UNKNOWN], (), barred or slow or left(rows, top))
