@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from identification_loops import play
+from identification_slips import rig
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
 from sstl_cli.identification.gate.measuring import evidence_of
 from sstl_cli.identification.gate.movement import both_ways, loop_work
+from sstl_cli.identification.gate.rules import odd_run
 
 RATE = 100.0
 
@@ -131,3 +133,13 @@ def test_an_output_that_stops_at_its_largest_again_and_again_is_at_its_limit_and
     cut = replace(run, tension_out_n=np.minimum(run.tension_out_n, 12.0))
     (said,) = gate.remarks([cut])
     assert said.rule == "limit" and said.number == pytest.approx(12.0)
+
+
+@pytest.mark.parametrize(("back", "odd"), [(0.001, False), (0.9, True)])
+def test_two_slopes_of_one_line_are_no_gain(back, odd):
+    """Friction of a run that is only pulled: its output is as far below its input as with a gain of 1/1.3."""
+    found = evidence_of(rig()[0])
+    one = replace(found.slopes, gamma_p=0.7, gamma_r=0.82)
+    pulled = replace(found, slopes=one, both_ways=(back, back))
+    gain, friction = odd_run._values(pulled)[2:4]
+    assert bool(np.isfinite(gain) and np.isfinite(friction)) is odd

@@ -194,8 +194,10 @@ def _rescaled(i: int, ratio: float) -> str:
 
 def _values(e: Evidence) -> list[float]:
     s = e.slopes
-    gain = math.log(s.gain) if s.known else math.nan
-    friction = math.log(s.friction) if s.known and s.friction > 0.05 else math.nan
+    # of an output that goes one way two slopes are of one line, and friction is taken for a gain
+    known = s.known and e.propagates_back
+    gain = math.log(s.gain) if known else math.nan
+    friction = math.log(s.friction) if known and s.friction > 0.05 else math.nan
     return [_noise_of(e, 0), _noise_of(e, 1), gain, friction, *(math.nan if _by_law(e, i) else at for i, at in enumerate(zeros(e)))]
 
 
