@@ -32,6 +32,7 @@ from sstl_cli.importers.text import OR_ELSEWHERE, grouped_in, remarks
 from sstl_cli.importers.text_cells import WITHOUT_MARKS
 from sstl_cli.importers.text_header import unit_in
 from sstl_cli.importers.text_layout import layout_of
+from sstl_cli.importers.waveforms import OWN
 
 Array = NDArray[np.float64]
 MAX_ROWS = 20_000
@@ -143,7 +144,9 @@ def _with_units(chosen: Format, path: Path, found: list[Channel]) -> tuple[list[
         return found, {}
     found, doubts = with_unit_columns(found, lambda name: _first_texts(chosen, path, name)[0])
     found, more = with_unit_said(found, remarks(path) if chosen.ID == "text" else ())
-    return found, doubts | more
+    starts = layout_of(path, Layout()).starts if chosen.ID == "text" else ""
+    clocks = [c.name for c in found if starts and said(c.name, c.unit).quantity == "time"]
+    return found, doubts | more | dict.fromkeys(clocks, f"{starts}, this counts from the start of one: {OWN}")
 
 
 def _refuse_grouped(chosen: Format, path: Path, found: list[Channel]) -> None:

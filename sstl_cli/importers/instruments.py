@@ -110,11 +110,11 @@ def _is_reading(cell: str) -> bool:
 
 @dataclass(frozen=True)
 class Measured:
-    """What LabVIEW's header says of the columns behind it: their units, the step (s) of their clock (NaN: none), and whether all begin together."""
+    """What LabVIEW's header says of the columns behind it: their units, the step (s) of their clock (NaN: none), and where not all begin together, when they do."""
 
     units: tuple[str, ...] = ()
     step_s: float = math.nan
-    together: bool = False
+    starts: str = ""
 
 
 def labview(header: list[str], cut: Cut) -> Measured:
@@ -125,11 +125,17 @@ def labview(header: list[str], cut: Cut) -> Measured:
     if told.get(LABVIEW_COLUMNS, [""])[:1] == ["Multi"]:
         # clock and readings take turns, and the cells of the header stand over the readings
         cells = ("", *told.get(LABVIEW_UNITS, []))
-        return Measured(tuple("s" if timed and i % 2 == 0 else c for i, c in enumerate(cells)))
+        return Measured(tuple("s" if timed and i % 2 == 0 else c for i, c in enumerate(cells)), starts=_starts(told))
     steps = {_number(v) for v in told.get(LABVIEW_STEP, []) if v} if timed else set()
     step = steps.pop() if len(steps) == 1 else math.nan
-    together = all(len({v for v in told.get(word, []) if v}) < 2 for word in LABVIEW_STARTS)
-    return Measured(("s" if timed else "", *told.get(LABVIEW_UNITS, [])), step if step > 0.0 else math.nan, together)
+    return Measured(("s" if timed else "", *told.get(LABVIEW_UNITS, [])), step if step > 0.0 else math.nan, _starts(told))
+
+
+def _starts(told: dict[str, list[str]]) -> str:
+    """Return that channels of LabVIEW begin at different times, from which the times of each count; an empty text where they do not."""
+    differ = {word: begins for word in LABVIEW_STARTS if len(begins := list(dict.fromkeys(filter(None, told.get(word, []))))) > 1}
+    word = "Time" if "Time" in differ else next(iter(differ), "")
+    return f"channels begin at {word} {' and '.join(differ[word][:2])}" if differ else ""
 
 
 def oscilloscope(header: list[str], cut: Cut) -> tuple[str, ...]:

@@ -34,6 +34,7 @@ EXTENSIONS = (".tdms",)
 RANK = 35
 MAX_SEGMENTS = 200_000
 TIME = "@time"
+_NEVER_SET = np.datetime64("1904-01-02")
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -63,6 +64,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
     """Yield blocks of the named channels."""
     wanted = list(dict.fromkeys([*numbers, *labels]))
     with guarded(path, TITLE), _open(path) as file:
+        begin = _begin(file, path)
         columns: dict[str, Callable[[int, int], Values]] = {}
         lengths: dict[str, int] = {}
         origin: list[Any] = []
@@ -71,7 +73,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
                 columns[name] = _cutter(channel, name in numbers, path, name, origin)
                 lengths[name] = len(channel)
             if name + TIME in wanted:
-                columns[name + TIME] = _clock(channel)
+                columns[name + TIME] = _clock(channel, begin)
                 lengths[name + TIME] = len(channel)
         rows = same_length(path, lengths)
         columns = {n: c if lengths[n] > 1 or rows == 1 else partial(_first_of, c) for n, c in columns.items()}
@@ -155,9 +157,24 @@ def _increment(channel: Any) -> float | None:
     return float(step) if isinstance(step, (int, float)) and 0 < float(step) < 1e9 else None
 
 
-def _clock(channel: Any) -> Any:
-    step, start = _increment(channel) or 1.0, float(channel.properties.get("wf_start_offset", 0.0))
-    return lambda a, b: start + step * np.arange(a, b, dtype=np.float64)
+def _start(channel: Any) -> np.datetime64 | None:
+    start = channel.properties.get("wf_start_time")
+    # one that was never set stands for year 1 or 1904, as LabVIEW counts from there
+    return start if isinstance(start, np.datetime64) and start > _NEVER_SET else None
+
+
+def _begin(file: Any, path: Path) -> np.datetime64 | None:
+    """Return the earliest start of the waveforms in a file, from which the clocks of all count."""
+    starts = [start for _, channel in _channels(file, path) if _increment(channel) is not None and (start := _start(channel)) is not None]
+    return min(starts, default=None)
+
+
+def _clock(channel: Any, begin: np.datetime64 | None) -> Any:
+    step, offset = _increment(channel) or 1.0, float(channel.properties.get("wf_start_offset", 0.0))
+    start = _start(channel)
+    # a channel that was started later than another of its file is no sample of the same rows
+    late = (start - begin) / np.timedelta64(1, "ns") * 1e-9 if start is not None and begin is not None else 0.0
+    return lambda a, b: late + offset + step * np.arange(a, b, dtype=np.float64)
 
 
 def _cutter(channel: Any, number: bool, path: Path, name: str, origin: list[Any]) -> Any:

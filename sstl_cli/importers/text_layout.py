@@ -20,7 +20,7 @@ from sstl_cli.importers.text_forms import NAME_OF_STAMP, Forms, forms_of, is_sig
 from sstl_cli.importers.text_header import COMMENTS, names_and_units, numbered, stated_unit, table_in, unit_in
 from sstl_cli.importers.text_json import json_forms
 from sstl_cli.importers.text_stamps import are_stamps
-from sstl_cli.importers.waveforms import Waveform, waveform, waveform_names
+from sstl_cli.importers.waveforms import OWN, Waveform, waveform, waveform_names
 
 MAX_LINE_BYTES = 1 << 20
 SAMPLE_LINES = 40
@@ -39,7 +39,8 @@ class TextLayout:
     """Delimiter (one character, or ``space``), names, units and first data line of a text log, and the sampling period that its header states.
 
     ``text`` says which columns hold no numbers, ``stamps`` which of numbers are times written as text, ``forms`` what is written beside plain cells,
-    ``labels`` what a table of channels above the data calls their signals, ``waveform`` what lines of ``t0`` and ``dt`` tell of the clock.
+    ``labels`` what a table of channels above the data calls their signals, ``waveform`` what lines of ``t0`` and ``dt`` tell of the clock,
+    ``starts`` that LabVIEW's channels begin at different times, from which their columns of time count.
     """
 
     delimiter: str
@@ -57,6 +58,7 @@ class TextLayout:
     forms: Forms | None = None
     labels: Mapping[str, str] = field(default_factory=dict)
     waveform: Waveform | None = None
+    starts: str = ""
 
 
 def layout_of(path: Path, wanted: Layout) -> TextLayout:
@@ -122,12 +124,33 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     labels = signal_names(above, names, by_delimiter)
     stamps = _stamps(head.first, [cut(line, delimiter) for line in data])
     text = tuple(not is_number(c) and not is_missing(c) and not stamp for c, stamp in zip(head.first, stamps, strict=True))
-    # LabVIEW's step is the clock by definition, as that of its waveforms
-    wave = waveform(above, by_delimiter) or (Waveform(measured.step_s) if measured.together and math.isfinite(measured.step_s) else None)
+    wave = waveform(above, by_delimiter) or _wave(measured)
     position = start + sum(len(line) + len(line_end) for line in lines[:at])
     return TextLayout(
-        delimiter, decimal, names, units, position, at + 1, head.comment, named, line_end, text, step, stamps, forms, labels, wave
+        delimiter,
+        decimal,
+        names,
+        units,
+        position,
+        at + 1,
+        head.comment,
+        named,
+        line_end,
+        text,
+        step,
+        stamps,
+        forms,
+        labels,
+        wave,
+        measured.starts,
     )
+
+
+def _wave(measured: Measured) -> Waveform | None:
+    """Return the clock by LabVIEW's step, which is that by definition, as of its waveforms; None where it states none."""
+    if not math.isfinite(measured.step_s):
+        return None
+    return Waveform(math.nan, f"{measured.starts}: {OWN}") if measured.starts else Waveform(measured.step_s)
 
 
 def _forms(sample: list[str], data: list[str]) -> Forms | None:

@@ -17,6 +17,8 @@ _STEP = re.compile(r"[\W_]*(?:d_?t|delta[ _]?t|Δt)[\W_]*", re.IGNORECASE)
 _SPOKEN = re.compile(r"[\s#%/]*([A-Za-zΔ_ ]*[A-Za-z0])\s*[=:]\s*(\S.*)")
 # the first cell above the numbers of the channels
 WAVEFORM = "waveform"
+# what is to be done about channels on clocks of their own
+OWN = "give each channel a column of its time, or a file of its own"
 
 
 @dataclass(frozen=True)
@@ -43,12 +45,11 @@ def waveform(above: Sequence[str], cut: Cut) -> Waveform | None:
     numbers = sorted({_number(c) for c in steps if is_number(c)})
     if not numbers or numbers[0] <= 0.0:
         return None
-    own = "give each channel a column of its time, or a file of its own"
     if len(numbers) > 1:
-        return Waveform(math.nan, f"steps of {' and '.join(f'{n:g}' for n in numbers)} s in one table: {own}")
+        return Waveform(math.nan, f"steps of {' and '.join(f'{n:g}' for n in numbers)} s in one table: {OWN}")
     begins = list(dict.fromkeys(filter(None, starts)))
     if len(begins) > 1:
-        return Waveform(math.nan, f"channels begin at {' and '.join(begins[:2])}: {own}")
+        return Waveform(math.nan, f"channels begin at {' and '.join(begins[:2])}: {OWN}")
     return Waveform(numbers[0], "" if begins else "in s, as no unit stands there?")
 
 

@@ -43,3 +43,15 @@ def test_a_column_of_time_goes_before_steps_of_each(tmp_path: Path) -> None:
     head = f"waveform\t[0]\t[1]\nt0\t0\t0\ndelta t\t0,004\t0,002\n\ntime\t{FORCES}\n"
     columns, found = proposed(tmp_path / "act.csv", head + rows(T, X, Y, sep="\t", dec=","))
     assert columns["time_s"] == {"column": "time", "unit": "s"} and not found.questions
+
+
+@pytest.mark.parametrize("starts", ["X0\t0.0\t2.0\t\n", "Time\t14:05:06.0\t14:05:08.0\t\nX0\t0.0\t0.0\t\n"])
+@pytest.mark.parametrize("clock", [True, False])
+def test_channels_of_labview_that_begin_at_two_times_are_asked(starts: str, clock: bool, tmp_path: Path) -> None:
+    head = f"LabVIEW Measurement\t\nX_Columns\t{'One' if clock else 'No'}\n***End_of_Header***\t\n\t\nChannels\t2\t\t\n"
+    head += f"Y_Unit_Label\tN\tN\t\nX_Dimension\tTime\tTime\t\n{starts}Delta_X\t0.004\t0.004\t\n***End_of_Header***\t\t\t\n"
+    table = rows(*([T] if clock else []), X, Y, sep="\t")
+    table = table if clock else "".join(f"\t{line}\n" for line in table.splitlines())
+    columns, found = proposed(tmp_path / "act.lvm", f"{head}X_Value\tFin\tFout\tComment\n{table}")
+    assert columns["time_s"] == ({"column": "X_Value", "unit": "s"} if clock else {"rate_hz": 0})
+    assert "begin at" in found.questions[0].text and len(found.questions) == 1
