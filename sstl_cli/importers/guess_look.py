@@ -25,6 +25,7 @@ from sstl_cli.importers.guess_rates import named_rate, rate_held
 from sstl_cli.importers.guess_remarks import bend_said, system_said
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
+from sstl_cli.importers.guess_starts import starts_said
 from sstl_cli.importers.guess_time import TimeGuess, even, guess_time, runs_forward, trimmed
 from sstl_cli.importers.guess_unit_columns import with_unit_columns, with_unit_said
 from sstl_cli.importers.guess_words import QUANTITY_OF, words
@@ -64,6 +65,7 @@ class Look:
     own: Mapping[str, TimeGuess] = field(default_factory=dict)
     system: str = ""
     bend: tuple[str, str] = ("", "")
+    starts: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -128,7 +130,9 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     beside = _beside(chosen, path, found, told)
     system = system_said(beside, [c.name for c in found])
     tensions = tuple(measured(moving))
-    return Look(path, chosen, tuple(names), data, time, roles, tensions, labels, runs, clocks.own, system, bend_said(beside))
+    return Look(
+        path, chosen, tuple(names), data, time, roles, tensions, labels, runs, clocks.own, system, bend_said(beside), starts_said(beside)
+    )
 
 
 def _told_first(runs: str, channels: Sequence[Channel]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,6 +28,7 @@ CLOCK = re.compile(
     r"(?:(\d{1,4})([./-])(\d{1,2})\2(\d{1,4})(?:[T ]|, ?)\s*)?(?!(?:1[3-9]|2\d)\S*\s*a)(\d{1,3}):(\d\d):(\d\d(?:[.,:]\d+)?)(?:\s*([ap])\.?m\.?)?",
     re.IGNORECASE,
 )
+_OF_DAY = re.compile(r"\d:\d\d|\dT\d")
 _DATE = re.compile(r"\s*\d+[./-]\d+[./-]\d")
 # which of a date's three numbers are year, month and day
 _YEAR_FIRST, _DAY_FIRST, _MONTH_FIRST = (0, 1, 2), (2, 1, 0), (2, 0, 1)
@@ -68,6 +70,25 @@ def stamp_steps(texts: Sequence[str]) -> Stated | None:
 def dated(text: str) -> bool:
     """Return whether a stamp begins with a date."""
     return _DATE.match(text) is not None
+
+
+def is_time_of_day(text: str) -> bool:
+    """Return whether a text is a time of day, with or without its date, in a form that is known."""
+    return _OF_DAY.search(in_numbers(text)) is not None and bool(_seconds([text]))
+
+
+def between(first: str, second: str) -> float:
+    """Return how much later (s) the second of two times is; of the readings of their dates the nearest, 0 where they cannot be compared.
+
+    Examples
+    --------
+    >>> between("5/3/2024 2:05:06 PM", "5/3/2024 2:05:08 PM"), between("00:00:01", "23:59:59")
+    (2.0, -2.0)
+    """
+    apart = min((float(s[1] - s[0]) for s in _seconds([first, second])), key=abs, default=0.0)
+    # times alone are those of one night
+    alone = not (dated(in_numbers(first)) or "T" in first)
+    return apart - math.copysign(DAY_S, apart) if alone and abs(apart) > DAY_S / 2 else apart
 
 
 def is_time(unit: str) -> bool:

@@ -18,6 +18,7 @@ from sstl_cli.importers.guess_look import Look, moves
 from sstl_cli.importers.guess_missing import without_code
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_roles import SIDES, Roles
+from sstl_cli.importers.guess_starts import begun_apart
 from sstl_cli.importers.guess_time import MARK, TimeGuess
 from sstl_cli.importers.guess_words import QUANTITY_OF, UNIT_CELLS
 from sstl_cli.importers.systems import SYSTEM_OF
@@ -93,8 +94,9 @@ def written(p: Proposal) -> str:
         data = p.data if p.pair is None else (p.pair.first if target == "tension_in_n" else p.pair.second).data
         line = _tension(target, p.roles, data)
         if p.pair is not None and target == "tension_out_n":
-            clock = p.pair.second.time
-            line = asked(_with(line, ", ".join(filter(None, (file, own_time(clock))))), _clock_question(clock))
+            clock, (late, question) = p.pair.second.time, _late(p.pair)
+            line = _with(line, ", ".join(filter(None, (file, own_time(clock), late))))
+            line = asked(asked(line, _clock_question(clock)), question)
         else:
             found = p.roles.of(target)[0]
             line = _on_own_clock(_with(line, file), found[0] if found else None, p)
@@ -272,7 +274,7 @@ def _clocks(pair: Pair) -> list[str]:
     """Return how the clocks of two files may meet, where nothing says that they have one zero; it must be asked."""
     held = [(_seconds(a), _seconds(b)) for a, b in zip(pair.firsts, pair.seconds, strict=True)]
     known = [(x, y) for x, y in held if x is not None and y is not None]
-    if not known:
+    if not known or _late(pair)[1]:
         return []
     how = '"start" if both recorders began together, "apply" to find it by the motion'
     if any(np.nanmin(x) > np.nanmax(y) or np.nanmin(y) > np.nanmax(x) for x, y in known):
@@ -281,6 +283,28 @@ def _clocks(pair: Pair) -> list[str]:
     if any(_zeros_of_their_own(x, y) for x, y in known):
         return ["", "[clocks]", 'align = "start"' + _mark(f"each file's clock begins at a zero of its own, and their stamps differ: {how}")]
     return []
+
+
+def _late(pair: Pair) -> tuple[str, str]:
+    """Return the offset of the output's clock where lines above the tables say that it began at another time than its stamps do, and what is to be asked."""
+    found: list[tuple[float, str]] = []
+    for x, y in zip(pair.firsts, pair.seconds, strict=True):
+        apart, said = begun_apart(x.starts, y.starts)
+        clocks = _seconds(x), _seconds(y)
+        if apart and clocks[0] is not None and clocks[1] is not None:
+            # clocks of one zero tell it themselves, to what the header shows of a second
+            own = float(clocks[1][0] - clocks[0][0])
+            found += [(apart, f"headers begin {abs(apart):g} s apart ({said})")] if abs(apart - own) > abs(own) else []
+    if not found:
+        return "", ""
+    apart, said = found[0]
+    if len(pair.firsts) > 1:
+        return "", f"{said}: does each clock count from there? then each pair needs a time_offset, in a mapping of its own"
+    size = re.search(r"scale = ([^ ,}]+)", pair.second.time.line)
+    unit = re.search(r'unit = "(\w+)"', pair.second.time.line)
+    raw = apart / (unit_of(unit[1])[1] if unit else 1.0) / (float(size[1]) if size else 1.0)
+    ask = f"{said}: does each clock count from there, as time_offset says? If both have one zero, take it out"
+    return f"time_offset = {-raw:.9g}", ask
 
 
 def _seconds(look: Look) -> Array | None:

@@ -81,10 +81,14 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
 
 
 def remarks(path: Path) -> list[str]:
-    """Return the properties of the file and its groups in words, as ``name: text``."""
+    """Return the properties of the file and its groups in words, and the start of its waveforms, as ``name: text``."""
     with guarded(path, TITLE), _open(path) as file:
         held = [file.properties, *(group.properties for group in file.groups())]
-        return [f"{name}: {value}" for properties in held for name, value in properties.items() if isinstance(value, (str, int, float))]
+        begin = _begin(file, path)
+        start = [] if begin is None else [f"start: {begin}"]
+        return start + [
+            f"{name}: {value}" for properties in held for name, value in properties.items() if isinstance(value, (str, int, float))
+        ]
 
 
 def _first_of(cut: Callable[[int, int], Values], a: int, b: int) -> Values:
