@@ -9,18 +9,16 @@ from dataclasses import dataclass
 from itertools import pairwise, takewhile
 
 from sstl_cli.core.errors import SstlError
+from sstl_cli.importers.guess_config import says_config
 from sstl_cli.importers.guess_names import said
 from sstl_cli.importers.guess_words import LEAD, PLACED, words
 from sstl_cli.importers.plan import lead_of
 from sstl_cli.importers.systems import SYSTEM_OF, known_system
 from sstl_cli.importers.text_header import unit_in
 
-# names of columns, in small letters and with _ between words, and the label that each may give
+# names of columns, in small letters and with _ between words, and the label that each may give; those of a configuration may hold more words
 LABEL_OF = {
     "system": words("system"),
-    "config_id": words(
-        "config config_id configid configuration config_no config_nr cfg cfg_id bend bend_id bend_deg bend_angle bending_angle konfiguration biegung biegewinkel"
-    ),
     "run_id": words("run run_id runid run_no run_nr trial trial_id trialid trial_no trial_nr versuch versuch_nr essai ensayo"),
     "location": words("location"),
     "trajectory": words("trajectory"),
@@ -34,16 +32,17 @@ _ELEMENT = re.compile(r"((.*)\((\d+)\)\.)([^()]+)")
 
 @dataclass(frozen=True)
 class LabelColumn:
-    """A label, the column that gives it, the question that is left (empty: none), and the systems that one of the system holds."""
+    """A label, the column that gives it, the question that is left (empty: none), the systems that one of the system holds, and what it holds."""
 
     target: str
     column: str
     question: str = ""
     systems: frozenset[str] = frozenset()
+    held: frozenset[str] = frozenset()
 
 
 def label_names(units: Mapping[str, str], alone: Collection[str] = ()) -> dict[str, str]:
-    """Return which columns may give which label by their names, the first of each.
+    """Return which columns may give which label but the configuration by their names, the first of each.
 
     Parameters
     ----------
@@ -54,15 +53,15 @@ def label_names(units: Mapping[str, str], alone: Collection[str] = ()) -> dict[s
 
     Examples
     --------
-    >>> label_names({"Trial No": "", "config": "", "Lead screw (mm)": "mm", "time (s)": "s"})
-    {'run_id': 'Trial No', 'config_id': 'config', 'lead_mm': 'Lead screw (mm)'}
-    >>> label_names({"RunID": "", "BendDeg": ""})
-    {'run_id': 'RunID', 'config_id': 'BendDeg'}
+    >>> label_names({"Trial No": "", "Lead screw (mm)": "mm", "time (s)": "s"})
+    {'run_id': 'Trial No', 'lead_mm': 'Lead screw (mm)'}
+    >>> label_names({"RunID": ""})
+    {'run_id': 'RunID'}
     """
     found: dict[str, str] = {}
     for name, unit in units.items():
         own = re.split(r"[./]", name)[-1] if name in alone else name
-        # BendDeg, runId
+        # runId
         plain = re.sub(r"[^a-z0-9]+", "_", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", own).lower()).strip("_")
         target = next((t for t, known in LABEL_OF.items() if plain in known), "")
         if LEAD.intersection(said(name).words) and (unit or unit_in(name)) in ("", "mm"):
@@ -72,7 +71,9 @@ def label_names(units: Mapping[str, str], alone: Collection[str] = ()) -> dict[s
     return found
 
 
-def label_columns(names: dict[str, str], values: dict[str, list[str]], whole: bool, units: Mapping[str, str]) -> tuple[LabelColumn, ...]:
+def label_columns(
+    names: dict[str, str], values: dict[str, list[str]], whole: bool, units: Mapping[str, str], doubts: Mapping[str, str]
+) -> tuple[LabelColumn, ...]:
     """Return the columns that give labels by what they hold.
 
     Parameters
@@ -85,12 +86,16 @@ def label_columns(names: dict[str, str], values: dict[str, list[str]], whole: bo
         Whether that is all of the file.
     units : dict
         Units that the file states for columns.
+    doubts : dict
+        Questions that are known already, by label.
     """
     out = []
-    names = {t: n for t, n in names.items() if _labels(t, values[n])}
+    names = {t: n for t, n in names.items() if may_label(t, values[n])}
     for target, name in names.items():
         pieces = 1 + _changes(values[name])
-        question = "does it name the configuration, or is it measured?" if pieces > 1 and re.match("(?i)bend|bieg", name) else ""
+        question = doubts.get(target, "")
+        if target == "config_id" and pieces > 1 and not question and not says_config(name):
+            question = "does it name the configuration, or is it measured?"
         if target == "lead_mm":
             question = _lead_question(name, units.get(name, ""), pieces > 1 or not whole)
         elif target == "run_id":
@@ -102,7 +107,7 @@ def label_columns(names: dict[str, str], values: dict[str, list[str]], whole: bo
         systems: frozenset[str] = frozenset()
         if target == "system":
             systems, question = frozenset(map(known_system, values[name])), _system_question(name, sorted(set(values[name])))
-        out.append(LabelColumn(target, name, question, systems))
+        out.append(LabelColumn(target, name, question, systems, frozenset(values[name])))
     return tuple(out)
 
 
@@ -122,7 +127,7 @@ def holds_systems(texts: list[str]) -> bool:
     return len(texts) > 1 and "" not in found and (len(found) > 1 or not {h.strip().lower() for h in held} & {"single", "double"})
 
 
-def _labels(target: str, values: list[str]) -> bool:
+def may_label(target: str, values: list[str]) -> bool:
     """Return whether values of a column may be a label: what is another in every row is a reading."""
     if target == "system" and not all(map(known_system, set(values))):
         return False

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_clocks import Clocks, with_own_clocks
+from sstl_cli.importers.guess_config import chosen_config, config_columns
 from sstl_cli.importers.guess_fractions import Parts, sums
 from sstl_cli.importers.guess_groups import with_groups
-from sstl_cli.importers.guess_labels import LabelColumn, holds_systems, label_columns, label_names, rows_of_first, runs_in
+from sstl_cli.importers.guess_labels import LabelColumn, holds_systems, label_columns, label_names, may_label, rows_of_first, runs_in
 from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, two_units, with_marks
 from sstl_cli.importers.guess_names import Said, contradicted, said, time_unit
 from sstl_cli.importers.guess_rates import named_rate, rate_held
@@ -228,22 +229,31 @@ def _said(channel: Channel, chosen: Format) -> Said:
 def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel], rows: int) -> tuple[tuple[LabelColumn, ...], int | None]:
     """Return the columns that give labels for as many rows, and how many the first run has by them (None: all)."""
     units = {c.name.removeprefix(prefix): c.unit for c in found}
-    names = label_names(units, {c.name.removeprefix(prefix) for c in found if c.rows == 1})
-    read = {n: _first_texts(chosen, path, prefix + n) for n in names.values()}
+    alone = {c.name.removeprefix(prefix) for c in found if c.rows == 1}
+    paths = chosen.ID not in TABLES
+    names, configs = label_names(units, alone), config_columns(units, alone, paths)
+    read = {n: _first_texts(chosen, path, prefix + n) for n in dict.fromkeys([*names.values(), *configs])}
+    # a configuration that reads single pass is a system
+    ways = [n for n in configs if may_label("system", read[n][0])]
+    configs = [n for n in configs if n not in ways]
+    if ways:
+        names.setdefault("system", ways[0])
     for channel in found if "system" not in names else ():
         # whatever it is called (mode, test): what it holds says it
         name = channel.name.removeprefix(prefix)
         if channel.text and name not in read and holds_systems((texts := _first_texts(chosen, path, channel.name))[0]):
             names, read = {**names, "system": name}, {**read, name: texts}
             break
-    if not names:
+    if not names and not configs:
         return (), None
     # a single one holds for all; of another length it labels something else
     fitting = {n: texts for n, (texts, _) in read.items() if min(len(texts), MAX_ROWS) in (1, rows)}
     longest = max(map(len, fitting.values()), default=1)
     values = {n: texts * longest if len(texts) == 1 else texts for n, texts in fitting.items() if len(texts) in (1, longest)}
-    names = {t: n for t, n in names.items() if n in values}
-    labels = label_columns(names, values, all(whole for _, whole in read.values()), units)
+    held = {n: values[n] for n in configs if n in values and may_label("config_id", values[n])}
+    config, doubt = chosen_config(held, paths) if held else ("", "")
+    names = {t: n for t, n in names.items() if n in values} | ({"config_id": config} if held else {})
+    labels = label_columns(names, values, all(whole for _, whole in read.values()), units, {"config_id": doubt})
     return labels, rows_of_first(labels, values)
 
 

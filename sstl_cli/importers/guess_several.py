@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from sstl_cli.importers.guess_files import Named
+from sstl_cli.importers.guess_labels import LabelColumn
 from sstl_cli.importers.guess_look import Look
 from sstl_cli.importers.guess_time import MARK
 from sstl_cli.importers.guess_toml import Pair, Proposal, asked, written
@@ -19,6 +20,8 @@ from sstl_cli.importers.systems import known_system
 STEP_RATIO = 5.0
 # of a line in a question
 _SHOWN = 48
+# values of a column that a question names
+_HELD = 2
 
 
 def with_doubts(toml: str, look: Look, looks: Sequence[Look]) -> str:
@@ -59,10 +62,13 @@ def with_doubt_of_system(toml: str, looks: Sequence[Look]) -> str:
 def with_bend(toml: str, looks: Sequence[Look]) -> str:
     """Return a proposal that asks for the configuration where files tell it beside their tables, and their names another one or none."""
     said = {look.bend[0]: look for look in looks if look.bend[0]}
-    if not said or any(c.target == "config_id" for look in looks for c in look.labels):
-        return toml
     pattern = re.search(r"^file_name = '(.*?)'", toml, re.MULTILINE)
     named = {x.path.name: (search(pattern[1], [x.path.name])[0] or {}).get("config_id", "") if pattern else "" for x in looks}
+    columns = [(look, c) for look in looks for c in look.labels if c.target == "config_id"]
+    if columns:
+        return _asking(toml, {"config_id": _against_name(columns, named)})
+    if not said:
+        return toml
     if all(_same(named[look.path.name], look.bend[0]) for look in looks):
         return toml
     lines = " and ".join(f"'{look.bend[1][:_SHOWN]}' in '{look.path.name}'" for look in list(said.values())[:2])
@@ -77,6 +83,16 @@ def with_bend(toml: str, looks: Sequence[Look]) -> str:
     )
     value = json.dumps(next(iter(said)) if one else "...", ensure_ascii=False)
     return toml.replace("[constants]\n", f"[constants]\nconfig_id = {value}{MARK}{ask}\n", 1)
+
+
+def _against_name(columns: Sequence[tuple[Look, LabelColumn]], named: Mapping[str, str]) -> str:
+    """Return what is to be asked where the name of a file tells another bend than its column holds, an empty text where none does."""
+    for look, column in columns:
+        name = named[look.path.name]
+        if name and not any(_same(name, held) for held in column.held):
+            held = " and ".join(sorted(column.held)[:_HELD])
+            return f"the name of '{look.path.name}' says {name}, this column {held}: which tells the configuration?"
+    return ""
 
 
 def _same(name: str, other: str) -> bool:
