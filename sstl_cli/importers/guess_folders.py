@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -35,7 +36,8 @@ def with_folders(named: Named, paths: Sequence[Path]) -> Named:
     if len({p.name for p in paths}) == len(paths) and "config_id" not in label_words(folders):
         return named
     question = f"does the folder ({', '.join(folders[:SHOWN])}) tell the bending configuration? If not, take config_id out"
-    systems = {SYSTEM_OF[part.lower()] for p in paths for part in p.absolute().parts[:-1][-SHOWN:] if part.lower() in SYSTEM_OF}
+    words = (w.lower() for p in paths for part in p.absolute().parts[:-1][-SHOWN:] for w in re.findall("[A-Za-z]+", part))
+    systems = {SYSTEM_OF[w] for w in words if w in SYSTEM_OF}
     if "system" not in told and len(systems) > 1:
         question += "; and folders say both systems: import the files of each by themselves"
     asked = "; ".join(filter(None, (named.question, question)))

@@ -11,6 +11,7 @@ import numpy as np
 from sstl_cli.importers.guess_files import Named
 from sstl_cli.importers.guess_labels import LabelColumn
 from sstl_cli.importers.guess_look import Look
+from sstl_cli.importers.guess_remarks import SHOWN
 from sstl_cli.importers.guess_time import MARK
 from sstl_cli.importers.guess_toml import Pair, Proposal, asked, written
 from sstl_cli.importers.pattern import search
@@ -18,8 +19,6 @@ from sstl_cli.importers.systems import known_system
 
 # typical steps of two clocks without a stated unit that are this far apart may be counted in different ones
 STEP_RATIO = 5.0
-# of a line in a question
-_SHOWN = 48
 # values of a column that a question names
 _HELD = 2
 
@@ -56,7 +55,14 @@ def with_doubt_of_system(toml: str, looks: Sequence[Look]) -> str:
                 return _asking(toml, {"system" if constant else "file_name": ask})
             # a constant goes before what the name says
             return toml.replace("[constants]\n", f'[constants]\nsystem = "{told}"{MARK}{ask}\n', 1)
-    return toml
+    return _asking(toml, {"system": _both_systems(looks)})
+
+
+def _both_systems(looks: Sequence[Look]) -> str:
+    """Return what is to be asked of files without a column for it that state both systems themselves, an empty text where they do not."""
+    told = {look.system: look.path.name for look in looks if look.system and not any(c.target == "system" for c in look.labels)}
+    says = " and ".join(f"'{name}' says {system}" for system, name in sorted(told.items()))
+    return f"{says}: give the system of each by a manifest (--manifest), and take this out" if len(told) > 1 else ""
 
 
 def with_bend(toml: str, looks: Sequence[Look]) -> str:
@@ -71,7 +77,9 @@ def with_bend(toml: str, looks: Sequence[Look]) -> str:
         return toml
     if all(_same(named[look.path.name], look.bend[0]) for look in looks):
         return toml
-    lines = " and ".join(f"'{look.bend[1][:_SHOWN]}' in '{look.path.name}'" for look in list(said.values())[:2])
+    lines = " and ".join(
+        f"'{look.bend[1] if look.bend[0] == '...' else look.bend[1][:SHOWN]}' in '{look.path.name}'" for look in list(said.values())[:2]
+    )
     if any(named.values()) or re.search("^config_id = ", toml, re.MULTILINE):
         target = "config_id" if re.search("^config_id = ", toml, re.MULTILINE) else "file_name"
         return _asking(toml, {target: f"{lines}: which tells the configuration, this or the name?"})

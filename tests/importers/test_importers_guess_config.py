@@ -78,3 +78,45 @@ def test_a_single_value_of_a_struct_is_taken(tmp_path: Path) -> None:
         },
     )
     assert tomllib.loads(guess([path]).toml)["columns"]["config_id"] == "log.bend_angle_deg"
+
+
+def log(path: Path, head: str) -> Path:
+    path.write_text(
+        head + "time (s),F_in (N),F_out (N)\n" + "".join(f"{0.01 * i:.2f},{3 + i % 20:.2f},{2 + i % 20:.2f}\n" for i in range(N))
+    )
+    return path
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "Configuration: single pass\nBend: 20\n",
+        "# Bend: 20\n# Configuration: act\n",
+        '# {"system": "act", "bend_deg": 20}\n',
+        "# 20 deg bend, single pass\n",
+        "# sheath bent by 20 deg\n# mode: single pass\n",
+    ],
+)
+def test_a_configuration_that_is_a_system_hides_no_bend(head: str, tmp_path: Path) -> None:
+    found = guess([log(tmp_path / "log001.csv", head)])
+    constants = tomllib.loads(found.toml)["constants"]
+    assert constants == {"config_id": "20", "system": "act"} and "the file says act" in found.toml
+
+
+def test_two_statements_that_differ_are_both_asked(tmp_path: Path) -> None:
+    found = guess([log(tmp_path / "act.csv", "# bend1: 20 deg\n# bend2: 40 deg\n")])
+    assert [q.target for q in found.questions] == ["config_id"]
+    assert "'# bend1: 20 deg' and '# bend2: 40 deg'" in found.questions[0].text
+
+
+def test_files_that_state_both_systems_are_named(tmp_path: Path) -> None:
+    files = [log(tmp_path / f"log00{i}.csv", f"# system: {s}\n") for i, s in enumerate(("act", "sstl"))]
+    assert "'log000.csv' says act and 'log001.csv' says sstl" in guess(files).toml
+
+
+def test_folders_whose_names_say_both_systems_are_named(tmp_path: Path) -> None:
+    folders = [tmp_path / "act_bend20", tmp_path / "sstl_bend20"]
+    for folder in folders:
+        folder.mkdir()
+    found = guess([log(folder / "data.csv", "") for folder in folders])
+    assert "folders say both systems" in found.toml
