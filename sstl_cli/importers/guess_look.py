@@ -258,11 +258,13 @@ def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel], rows:
 
 
 def _beside(chosen: Format, path: Path, found: list[Channel], told: set[str]) -> list[str]:
-    """Return the lines, properties and single texts that a file holds beside its table and its labels."""
+    """Return the lines, properties, names of groups and single texts that a file holds beside its table and its labels."""
     beside = getattr(chosen, "remarks", None)
     with guarded(path, chosen.TITLE):
         lines = list(beside(path)) if beside is not None else []
     single = [c.name for c in found if c.text and c.rows == 1 and c.name not in told]
+    if chosen.ID not in TABLES:
+        lines += dict.fromkeys(parts[0] for c in found if len(parts := re.split("[./]", c.name)) > 1)
     return lines + [f"{re.split('[./]', n)[-1]}: {t}" for n in single for t in _first_texts(chosen, path, n)[0]]
 
 

@@ -41,7 +41,8 @@ _NUMBER = r"[x*×·/]?\s*\d+(?:[.,]\d+)?(?:[eE][-+]?\d+|\s*(?:\^|\*\*)\s*[-−+]
 # "0.1 N", "x10 N", "N*100", "10^-3 N", "N/10": a unit of the file's own
 _SCALED = re.compile(rf"{_NUMBER}\s*([^\W\d_]+)|([^\W\d_]+)\s*{_NUMBER}")
 _SHORT = re.compile(r"(?:f|t|ft|force|tension|load|tau)(in|out|prox|dist|tip|mot|ref|cmd|des|soll|ein|aus)")
-_FORCE_TAIL = re.compile(r"(?<=[^\W_])[_ \-.](N|mN|kN|uN|lbf|kgf|gf|ozf)$")
+# at the end of a name, in letters that are no word of it
+_UNIT_TAIL = re.compile(r"(?<=[^\W_])[_ \-.](N|mN|kN|uN|lbf|kgf|gf|ozf|mV)$")
 _ORDER = tuple(QUANTITY)
 # hours and minutes are no unit of a column of ticks: q_min is the least q
 _STEPS = ("s", "ms", "us", "ns", "MS", "US", "NS")
@@ -148,7 +149,7 @@ def said(name: str, stated: str = "") -> Said:
     if spoken and not (unit or strange) and any(_unit(spoken[2])):
         # "Ausgangskraft in N": this "in" belongs to the unit; "Force in N" may be either, and says no side
         plain, (unit, strange) = spoken[1], _unit(spoken[2])
-    ending = _FORCE_TAIL.search(plain)
+    ending = _UNIT_TAIL.search(plain)
     if ending and not (unit or strange):
         # the letters of a unit are no words: "n" would count samples
         plain, unit = plain[: ending.start()], ending[1]

@@ -120,3 +120,18 @@ def test_folders_whose_names_say_both_systems_are_named(tmp_path: Path) -> None:
         folder.mkdir()
     found = guess([log(folder / "data.csv", "") for folder in folders])
     assert "folders say both systems" in found.toml
+
+
+def test_bends_that_names_of_structs_tell_are_asked(tmp_path: Path) -> None:
+    path = tmp_path / "all.mat"
+    clock, fin = [0.01 * i for i in range(N)], [3.0 + i % 20 for i in range(N)]
+    savemat(path, {f"act_bend{bend}": {"time_s": clock, "F_in_N": fin, "F_out_N": fin[::-1]} for bend in (20, 65)})
+    asked = [q.text for q in guess([path]).questions if q.target == "config_id"]
+    assert len(asked) == 1 and "'act_bend20' and 'act_bend65'" in asked[0]
+
+
+def test_sides_in_mv_are_no_newtons(tmp_path: Path) -> None:
+    path = log(tmp_path / "act_bend20.csv", "")
+    path.write_text(path.read_text().replace("F_in (N),F_out (N)", "A_prox_mV,B_dist_mV"))
+    columns = tomllib.loads(guess([path]).toml)["columns"]
+    assert [columns[c]["unit"] for c in ("tension_in_n", "tension_out_n")] == ["mV", "mV"]
