@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from sstl_cli.importers.guess_files import Named
+from sstl_cli.importers.guess_files import Named, label_words
 from sstl_cli.importers.guess_labels import LabelColumn
 from sstl_cli.importers.guess_look import Look
 from sstl_cli.importers.guess_remarks import SHOWN
@@ -97,7 +97,8 @@ def _against_name(columns: Sequence[tuple[Look, LabelColumn]], named: Mapping[st
     """Return what is to be asked where the name of a file tells another bend than its column holds, an empty text where none does."""
     for look, column in columns:
         name = named[look.path.name]
-        if name and not any(_same(name, held) for held in column.held):
+        # a number without a word for a bend may count files
+        if "config_id" in label_words([look.path.stem]) and name and not any(_same(name, held) for held in column.held):
             held = " and ".join(sorted(column.held)[:_HELD])
             return f"the name of '{look.path.name}' says {name}, this column {held}: which tells the configuration?"
     return ""
