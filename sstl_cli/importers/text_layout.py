@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -61,17 +61,8 @@ class TextLayout:
     starts: str = ""
 
 
-def layout_of(path: Path, wanted: Layout) -> TextLayout:
-    """Return the layout of a text log from its first lines; ``wanted`` overrides what is found.
-
-    Raises
-    ------
-    SstlError
-        If the file is binary, a line is longer than 1 MiB, or no line holds a number.
-    """
-    lines, line_end, start = _first_lines(path, wanted.skip_rows)
-    at = header = _end_of_labview(lines, wanted.skip_rows)
-    rest = lines[at:]
+def _readings(rest: Sequence[bytes], wanted: Layout, path: Path) -> tuple[list[str], list[str], Forms | None]:
+    """Return the first lines, the last of those that hold data, and the forms of records or labelled numbers that both were written anew from."""
     sample = [as_text(x) for x in rest]
     data = [x for x in sample if x.strip() and not x.lstrip().startswith(wanted.comment or COMMENTS)][-SAMPLE_LINES:]
     data = data[:-1] if len(data) > 2 and len(rest) > 1 and rest[-1] else data
@@ -84,13 +75,34 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
         raise SstlError(what, where=str(path), fix="write it as CSV, with one column for each name", code="E323")
     if forms is not None:
         sample, data = [forms.line(x) for x in sample], [forms.line(x) for x in data]
+    return sample, data, forms
+
+
+def _stated(sample: list[str], by_delimiter: Cut) -> Stated | None:
+    """Return the header of a recorder that tells names and units in lines of their own."""
+    return stated_by(sample, by_delimiter) or recorder(sample, by_delimiter) or waveform_names(sample, by_delimiter)
+
+
+def _measured(above: list[str], labview_lines: list[str], by_delimiter: Cut) -> Measured:
+    """Return what the header of LabVIEW or of an oscilloscope says of the columns."""
+    return labview(labview_lines, by_delimiter) if labview_lines else Measured(oscilloscope(above, by_delimiter))
+
+
+def layout_of(path: Path, wanted: Layout) -> TextLayout:
+    """Return the layout of a text log from its first lines; ``wanted`` overrides what is found.
+
+    Raises
+    ------
+    SstlError
+        If the file is binary, a line is longer than 1 MiB, or no line holds a number.
+    """
+    lines, line_end, start = _first_lines(path, wanted.skip_rows)
+    at = header = _end_of_labview(lines, wanted.skip_rows)
+    rest = lines[at:]
+    sample, data, forms = _readings(rest, wanted, path)
     delimiter = forms.delimiter if forms is not None else _NAMED.get(wanted.delimiter or "", wanted.delimiter or "") or _delimiter(data)
     by_delimiter: Cut = partial(cut, delimiter=delimiter)
-    stated = (
-        (stated_by(sample, by_delimiter) or recorder(sample, by_delimiter) or waveform_names(sample, by_delimiter))
-        if wanted.header is None
-        else None
-    )
+    stated = _stated(sample, by_delimiter) if wanted.header is None else None
     begin = None
     if stated is not None:
         at, sample = at + stated.lines, sample[stated.lines :]
@@ -109,10 +121,7 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     else:
         names, units, named = _named(head, forms, delimiter, path)
     above = [as_text(x) for x in lines[wanted.skip_rows : at]]
-    if header > wanted.skip_rows:
-        measured = labview([as_text(x) for x in lines[:header]], by_delimiter)
-    else:
-        measured = Measured(oscilloscope(above, by_delimiter))
+    measured = _measured(above, [as_text(x) for x in lines[:header]] if header > wanted.skip_rows else [], by_delimiter)
     units = tuple(stated or own for stated, own in zip(_known(measured.units, width), units, strict=True))
     steps = (
         measured.step_s,
