@@ -52,14 +52,14 @@ def bend_said(remarks: Iterable[str]) -> tuple[str, str]:
         systems = [m.end(1) for m in _STATED.finditer(plain) if known_system(m[1].strip())]
         for m in _BEND.finditer(plain):
             if not (m[2] and any(m.start(2) < end for end in systems)):
-                found.setdefault(_alike(m[1] or m[2]), (m[1] or m[2], line.strip()))
+                found.setdefault(alike(m[1] or m[2]), (m[1] or m[2], line.strip()))
     if not found:
-        found = {_alike(m[1] or m[2]): (m[1] or m[2], line.strip()) for line in lines for m in _SPOKEN.finditer(line)}
+        found = {alike(m[1] or m[2]): (m[1] or m[2], line.strip()) for line in lines for m in _SPOKEN.finditer(line)}
     told = list(found.values())
     return ("...", "' and '".join(dict.fromkeys(line[:SHOWN] for _, line in told[:2]))) if len(told) > 1 else (told or [("", "")])[0]
 
 
-def _alike(label: str) -> str | float:
+def alike(label: str) -> str | float:
     """Return what two ways to write one label have in common: a number."""
     try:
         return float(label.replace(",", "."))

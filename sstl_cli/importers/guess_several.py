@@ -11,7 +11,7 @@ import numpy as np
 from sstl_cli.importers.guess_files import Named, label_words
 from sstl_cli.importers.guess_labels import LabelColumn
 from sstl_cli.importers.guess_look import Look
-from sstl_cli.importers.guess_remarks import SHOWN
+from sstl_cli.importers.guess_remarks import SHOWN, alike
 from sstl_cli.importers.guess_time import MARK
 from sstl_cli.importers.guess_toml import Pair, Proposal, asked, written
 from sstl_cli.importers.pattern import search
@@ -75,7 +75,7 @@ def with_bend(toml: str, looks: Sequence[Look]) -> str:
         return _asking(toml, {"config_id": _against_name(columns, named)})
     if not said:
         return toml
-    if all(_same(named[look.path.name], look.bend[0]) for look in looks):
+    if all(alike(named[look.path.name]) == alike(look.bend[0]) for look in looks):
         return toml
     lines = " and ".join(
         f"'{look.bend[1] if look.bend[0] == '...' else look.bend[1][:SHOWN]}' in '{look.path.name}'" for look in list(said.values())[:2]
@@ -98,18 +98,10 @@ def _against_name(columns: Sequence[tuple[Look, LabelColumn]], named: Mapping[st
     for look, column in columns:
         name = named[look.path.name]
         # a number without a word for a bend may count files
-        if "config_id" in label_words([look.path.stem]) and name and not any(_same(name, held) for held in column.held):
+        if "config_id" in label_words([look.path.stem]) and name and alike(name) not in map(alike, column.held):
             held = " and ".join(sorted(column.held)[:_HELD])
             return f"the name of '{look.path.name}' says {name}, this column {held}: which tells the configuration?"
     return ""
-
-
-def _same(name: str, other: str) -> bool:
-    """Return whether two labels are one: the same number, or the same letters."""
-    try:
-        return float(name.replace(",", ".")) == float(other.replace(",", "."))
-    except ValueError:
-        return name == other
 
 
 def _asking(toml: str, doubts: dict[str, str]) -> str:
