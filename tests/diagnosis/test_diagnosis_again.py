@@ -33,7 +33,9 @@ def test_noise_that_was_strained_is_believed_again_and_every_model_judged_by_it(
     again = beside_the_best(strained, 2, 1)
     assert strain(again.noise, again.measured) < 1.0 < strain(strained.noise, strained.measured)
     best, was = again.ranked()[0], found.ranked()[0]
-    assert best.ids == was.ids and np.isclose(best.gain, was.gain, rtol=0.03)
+    # gains go with the noise of the input, which 28 s of movement show to a part only
+    assert best.ids == was.ids and np.isclose(best.gain, was.gain, rtol=0.15)
+    assert np.allclose(best.fit.values, was.fit.values, rtol=0.02)
     assert set(again.singles) == set(found.singles) and set(again.combined) == set(found.combined)
     # noise that nothing pulls at stays as it is
     assert beside_the_best(again, 2, 1) is again
