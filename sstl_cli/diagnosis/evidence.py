@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.special import gammaln
 
 from sstl_cli.diagnosis.constants import LOG_RANGE, THETA_HIGH, THETA_LOW
-from sstl_cli.diagnosis.fit import Fit, held, normal_equations
+from sstl_cli.diagnosis.fit import Fit, held, inverse, normal_equations
 from sstl_cli.diagnosis.free import Free
 from sstl_cli.diagnosis.simulator import Simulator
 
@@ -64,7 +64,7 @@ def information(sim: Simulator, f: Fit) -> Array:
 
 def standard_errors(f: Fit, known: Array) -> Array:
     """Return the standard errors of the free parameters, theta free as well, by the information."""
-    return np.asarray(np.sqrt(np.maximum(np.diag(np.linalg.pinv(known)), 0.0))[len(f.theta) :])
+    return np.asarray(np.sqrt(np.maximum(np.diag(inverse(known)), 0.0))[len(f.theta) :])
 
 
 def likeness_charge(known: Array, parts: Sequence[Sequence[int]]) -> float:
@@ -85,7 +85,7 @@ def likeness_charge(known: Array, parts: Sequence[Sequence[int]]) -> float:
     strengths = [i for part in parts for i in part]
     rest = [i for i in range(len(known)) if i not in set(strengths)]
     across = known[np.ix_(strengths, rest)]
-    own = known[np.ix_(strengths, strengths)] - across @ np.linalg.pinv(known[np.ix_(rest, rest)]) @ across.T
+    own = known[np.ix_(strengths, strengths)] - across @ inverse(known[np.ix_(rest, rest)]) @ across.T
     places = np.split(np.arange(len(strengths)), np.cumsum([len(part) for part in parts])[:-1])
     apart = sum(float(np.linalg.slogdet(own[np.ix_(i, i)])[1]) for i in places)
     charge = 0.5 * (apart - float(np.linalg.slogdet(own)[1]))

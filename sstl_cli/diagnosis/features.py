@@ -12,7 +12,7 @@ from scipy.special import stdtrit
 from sstl_cli.diagnosis import nameless, sticking
 from sstl_cli.diagnosis.constants import DECIDES_NATS, EXAMINED
 from sstl_cli.diagnosis.evidence import Weighed
-from sstl_cli.diagnosis.fit import Fit, normal_equations
+from sstl_cli.diagnosis.fit import Fit, inverse, normal_equations
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.heldout import blocks
 from sstl_cli.diagnosis.noise import floor_n, strain
@@ -269,8 +269,8 @@ def instability(sim: Simulator, f: Fit) -> float:
     for half in (0, 1):
         rows = half_of[sim.run] == half
         a, b = normal_equations(sim, j * rows[:, None], r)
-        inverse = np.linalg.pinv(a + 1e-9 * np.diag(np.diag(a) + 1e-12))
-        parts.append((inverse @ b, inverse))
+        known = inverse(a + 1e-9 * np.diag(np.diag(a) + 1e-12))
+        parts.append((known @ b, known))
     at = configs + np.array(place)
     difference = parts[0][0][at] - parts[1][0][at]
     covariance = parts[0][1][np.ix_(at, at)] + parts[1][1][np.ix_(at, at)]

@@ -19,15 +19,16 @@ def carried(c: CandidateRow, rows: Rows) -> float:
     Counted in units of the noise where it is met, with what the candidate's own law leaves open (jumps at unknown moments), and no
     more than by size. Where a simulator is known to leave more in some places than in others size is that of the largest: there it only
     says who comes no nearer at all. What was held out has the same say: no candidate takes off more than it may at most remove there.
-    Not of jumps, which nobody can foretell, as long as they leave no more than the noise; and where the output is seen to rest and
-    jump, their mean need not be nearer to it than the base.
+    Not of jumps, which nobody can foretell, as long as they leave no more than the noise and their mean is not surely further off than
+    the base: of all predictions the mean leaves the least. Where the output is seen to rest and jump, it need not be nearer on the whole.
     """
     if c.kind == OUTPUT:
         left, share = _accounted(c, rows)
         if not (averaged(c) or rows.scatters) or (c.share <= 0.0 and not _jumps(c, rows)):
             share = min(share, c.share)
-        foretold = left > 1.0 or not averaged(c)
-        return share if c.held is None or not foretold else min(share, c.held)
+        if c.held is None or (averaged(c) and left <= 1.0 and c.held >= 0.0):
+            return share
+        return min(share, c.held)
     if c.kind != BESIDE:
         return 1.0
     # the channel beside states its share of the error, and what is left in units of the noise
@@ -145,6 +146,7 @@ def _short_of(row: CandidateRow, rows: Rows, share: float) -> str:
         return louder if (rows.log.strain or 0.0) > 1.0 else "is less likely than something that has no name here"
     # jumps that nobody sees account for nothing
     nearer_by = min(share, row.share) if averaged(row) and not rows.log.rests else share
-    explains = f"which explains {100.0 * nearer_by:.0f} % of the squared error, " if row.kind == OUTPUT and nearer_by >= HALF else ""
+    by = "with jumps that nobody can foretell " if averaged(row) and nearer_by > row.share else ""
+    explains = f"which {by}explains {100.0 * nearer_by:.0f} % of the squared error, " if row.kind == OUTPUT and nearer_by >= HALF else ""
     test, far = f"{worst.name}, " if tested else "", f"{z:.0f}" if z <= MOST_SIGMA else f"far beyond {MOST_SIGMA:g}"
     return f"{explains}leaves more than noise can be ({test}{far} sigma)"

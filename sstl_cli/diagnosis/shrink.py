@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.rng import stream
 from sstl_cli.diagnosis import by_run
 from sstl_cli.diagnosis.constants import DRAWS, WORSE, WORSE_OF_ALL
-from sstl_cli.diagnosis.fit import Fit, normal_equations
+from sstl_cli.diagnosis.fit import Fit, inverse, normal_equations
 from sstl_cli.diagnosis.free import RUNS
 from sstl_cli.diagnosis.heldout import blocks
 from sstl_cli.diagnosis.simulator import Simulator
@@ -86,10 +86,10 @@ def parameter_intervals(sim: Simulator, f: Fit) -> list[Interval | None]:
     score[:, :configs] = np.bincount(index * configs + sim.config, jw[:, 0] * rw, count * configs).reshape(count, configs)
     for i in range(len(f.free)):
         score[:, configs + i] = np.bincount(index, jw[:, 1 + i] * rw, count)
-    inverse = np.linalg.pinv(a + 1e-9 * np.diag(np.diag(a) + 1e-12))
-    sandwich = inverse @ (score.T @ score) @ inverse * (count / max(count - len(a), 1))
+    known = inverse(a + 1e-9 * np.diag(np.diag(a) + 1e-12))
+    sandwich = known @ (score.T @ score) @ known * (count / max(count - len(a), 1))
     # a direction without information gives a variance of rounding errors, of either sign
-    se = np.sqrt(np.maximum(np.maximum(np.diag(sandwich), np.diag(inverse))[configs:], 0.0))
+    se = np.sqrt(np.maximum(np.maximum(np.diag(sandwich), np.diag(known))[configs:], 0.0))
     found = [_interval(f, i, 1.96 * float(s)) for i, s in enumerate(se)]
     for i, x in enumerate(f.free):
         if x.effect is RUNS:

@@ -10,7 +10,7 @@ from made_fits import NOISE_N, NOTHING, THETA, made, noise, simulator
 
 from sstl_cli.diagnosis.constants import THETA_HIGH
 from sstl_cli.diagnosis.evidence import information, standard_errors
-from sstl_cli.diagnosis.fit import fit, normal_equations, settle
+from sstl_cli.diagnosis.fit import fit, inverse, normal_equations, settle
 from sstl_cli.diagnosis.free import as_effects
 from sstl_cli.diagnosis.hypotheses import full, variants
 from sstl_cli.diagnosis.whitening import Noise, Sensor
@@ -35,6 +35,14 @@ def test_standard_errors_are_the_root_of_the_inverse():
     f = made(noise(), full("gain_error", ["act"]), (1.02,))
     dense = expanded(simulator(), f.whiten(f.jacobian))
     assert standard_errors(f, information(simulator(), f)) == pytest.approx(np.sqrt(np.diag(np.linalg.inv(dense.T @ dense)))[2:], rel=1e-5)
+
+
+def test_what_is_known_of_a_parameter_does_not_depend_on_its_unit():
+    # two that half know one another, weighed in units twenty decades apart
+    units = np.diag([1e10, 1e-10])
+    a = units @ np.array([[4.0, 2.0], [2.0, 4.0]]) @ units
+    assert inverse(a) == pytest.approx(np.linalg.inv(units) @ np.array([[1 / 3, -1 / 6], [-1 / 6, 1 / 3]]) @ np.linalg.inv(units), rel=1e-9)
+    assert np.diag(inverse(np.diag([4.0, 0.0]))) == pytest.approx([0.25, 0.0])
 
 
 def test_theta_of_a_noise_free_record_comes_back_and_another_start_does_not_matter():

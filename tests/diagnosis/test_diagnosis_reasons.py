@@ -47,6 +47,7 @@ def test_where_the_output_is_seen_to_jump_a_mean_over_jumps_accounts_for_what_it
     assert carried(jumps, seen) == 1.0 and not only_scatters(jumps, seen)
     assert carried(jumps, doubtful) == 0.0 and only_scatters(jumps, doubtful)
     # what leaves more than the noise is asked for what it foretells, and other laws have to be nearer
+    assert carried(replace(jumps, held=0.1), seen) == 1.0 and carried(replace(jumps, held=-0.1), seen) == -0.1
     assert carried(replace(jumps, chi2=2.5, held=0.1), seen) == 0.1 and carried(replace(ROW, share=0.0), seen) == 0.0
 
 
@@ -123,6 +124,11 @@ def test_each_way_to_fall_short_has_its_words():
     assert short_of(replace(pair, share=0.3, held=0.3)) == "removes 30 % at most of the gap of what was held out"
     jumps = replace(ROW, ids=("stribeck",), share=0.0)
     assert short_of(jumps) == "lets the output scatter as it does, but its mean is no nearer to it than with nothing added"
+    # what its scatter takes up is not what its mean explains
+    loud = replace(jumps, chi2=1.2, worst_z=7.0)
+    assert short_of(loud, jumps=50.0).startswith(
+        "which with jumps that nobody can foretell explains 90 % of the squared error, leaves more"
+    )
     beside = replace(ROW, ids=("tension_loop_lag",), kind=BESIDE, share=0.1, chi2=2.0)
     # a fifth of the square beyond half of it
     assert short_of(beside) == f"explains only {100.0 * carried(beside, ROWS):.0f} % of what the channel beside shows beyond its noise"

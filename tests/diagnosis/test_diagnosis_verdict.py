@@ -167,6 +167,8 @@ def test_who_explains_little_of_the_gap_is_not_its_cause():
         ("friction_drift", 1.0, float("inf"), "identified"),
         # what is left is noise by the candidate's own law: jumps that nobody can foretell
         ("stick_slip", 1.5, 0.2, "identified"),
+        # but their mean is the best that can be foretold: surely worse than nothing added it cannot be
+        ("stick_slip", 1.0, -0.2, "unknown"),
         ("stick_slip", 3.0, 0.2, "ambiguous"),
     ],
 )
