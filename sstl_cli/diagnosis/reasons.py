@@ -147,6 +147,9 @@ def _short_of(row: CandidateRow, rows: Rows, share: float) -> str:
     # jumps that nobody sees account for nothing
     nearer_by = min(share, row.share) if averaged(row) and not rows.log.rests else share
     by = "with jumps that nobody can foretell " if averaged(row) and nearer_by > row.share else ""
-    explains = f"which {by}explains {100.0 * nearer_by:.0f} % of the squared error, " if row.kind == OUTPUT and nearer_by >= HALF else ""
+    # a share of what is no more than chance says nothing
+    gap = rows.log.base_chi2 - 1.0 > 2.0 * np.sqrt(2.0 / rows.log.samples)
+    says = gap and row.kind == OUTPUT and nearer_by >= HALF
+    explains = f"which {by}explains {100.0 * nearer_by:.0f} % of the squared error, " if says else ""
     test, far = f"{worst.name}, " if tested else "", f"{z:.0f}" if z <= MOST_SIGMA else f"far beyond {MOST_SIGMA:g}"
     return f"{explains}leaves more than noise can be ({test}{far} sigma)"

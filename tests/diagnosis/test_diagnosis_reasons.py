@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from sstl_cli.diagnosis.evidence import Weighed
@@ -129,6 +130,9 @@ def test_each_way_to_fall_short_has_its_words():
     assert short_of(loud, jumps=50.0).startswith(
         "which with jumps that nobody can foretell explains 90 % of the squared error, leaves more"
     )
+    # nor is there a share of what is no more than chance leaves of as many samples
+    chance = 1.0 + 2.0 * np.sqrt(2.0 / LOG.samples)
+    assert short_of(replace(loud, chi2=1.0), jumps=50.0, base_chi2=0.999 * chance).startswith("leaves more than noise can be")
     beside = replace(ROW, ids=("tension_loop_lag",), kind=BESIDE, share=0.1, chi2=2.0)
     # a fifth of the square beyond half of it
     assert short_of(beside) == f"explains only {100.0 * carried(beside, ROWS):.0f} % of what the channel beside shows beyond its noise"
