@@ -11,8 +11,8 @@ SPACES = "space"
 MINUS = "\u2212"
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$")
 WITHOUT_MARKS = "write numbers without marks between thousands"
-# 1.234,56, 1 234,56 or 1,234.56
-GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,'\s\u00a0\u202f])\d{3})(?:\1\d{3})*(?:[.,]\d*)?")
+# 1.234,56, 1 234,56, 1'234.56 or 1,234.56; the apostrophe may be a typographic one, also as Windows writes it
+GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,'\u2019\u0092\s\u00a0\u202f])\d{3})(?:\1\d{3})*(?:[.,]\d*)?")
 MISSING = ("", "NA", "N/A", "#N/A", "NaN", "nan", "NAN", "-nan", "-NaN", "null", "NULL", "None", "1.#QNAN", "-1.#IND", "nan(ind)")
 _MISSING = {m.lower() for m in MISSING} | {"inf", "-inf", "+inf"}
 
@@ -38,6 +38,21 @@ def grouped_sign(cell: str) -> str:
     # 1.234 alone is a number; the last mark of 1.234,5 is another one
     sign = re.findall(r"\D", cell)[-1] if found else ""
     return sign if found and sign != found[1] else ""
+
+
+def marks_known(cell: str) -> tuple[str, str]:
+    """Return the mark between the thousands of a number and its decimal sign (empty: none) where it shows which is which, two empty texts where it does not.
+
+    Examples
+    --------
+    >>> marks_known("1.234,5"), marks_known("1'234"), marks_known("1,234,567"), marks_known("1,234")
+    (('.', ','), ("'", ''), (',', ''), ('', ''))
+    """
+    found = GROUPED.fullmatch(cell)
+    if found is None or (found[1] in ".," and not grouped_sign(cell) and cell.count(found[1]) == 1):
+        # 1,234 may be 1234 or 1.234
+        return "", ""
+    return found[1], grouped_sign(cell)
 
 
 def is_missing(cell: str) -> bool:

@@ -20,8 +20,12 @@ _TIME_OF_DAY = re.compile(r"(?:(?:hh?|HH?)[:.](?:mm|MM)|(?:dd?|DD?|yyyy|YYYY|jjj
 _UNIT_IN_NAME = re.compile(r"^(.*?)\s*[\[(/_ ]\s*([^\s\])(/_\[]+)\s*[\])]?\s*$")
 # m/s2, rpm
 _UNIT_LIKE = re.compile(r"\S{1,3}|\S*[/*·^]\S*")
-# what a row of data types holds: DT_DOUBLE, float64, REAL64
-_TYPE = re.compile(r"(?:dt_)?(?:u?int|u?long|u?short|l?real|float|double|single|u?s?byte|bool|d?word|string|char)_?\d*", re.IGNORECASE)
+# what a row of data types holds: DT_DOUBLE, float64, REAL64, [double], DBL, f8, datetime64[ns]
+_TYPE = re.compile(
+    r"[\[(<]?(?:dt_)?(?:u?int(?:eger)?|u?long|u?short|l?real|float|double|single|dbl|sgl|ext|numeric|number|decimal|u?s?byte|bool(?:ean)?|d?word|"
+    r"string|str|text|char|varchar|object|date|time|datetime|timestamp|f[48]|[iu][1248])_?\d*(?:\[\w+\])?[\])>]?",
+    re.IGNORECASE,
+)
 # Unit: N, Type: double, Interp: linear, as Simulink's inspector writes below the names
 _SPOKEN = re.compile(r"([^\W\d_]+)\s*[:=]\s*(.*)")
 # how the first cell of a row says what the row tells of each column (ControlDesk, DIAdem, catman)

@@ -17,6 +17,7 @@ from sstl_cli.importers.recorders import recorder, signal_names
 from sstl_cli.importers.text_cells import MINUS, SPACES, WITHOUT_MARKS, cut, grouped_sign, is_missing, is_number
 from sstl_cli.importers.text_file import opened
 from sstl_cli.importers.text_forms import NAME_OF_STAMP, Forms, forms_of, is_signed, is_united
+from sstl_cli.importers.text_grouped import grouped_forms
 from sstl_cli.importers.text_header import COMMENTS, names_and_units, numbered, stated_unit, table_in, unit_in
 from sstl_cli.importers.text_json import json_forms
 from sstl_cli.importers.text_stamps import are_stamps
@@ -169,7 +170,7 @@ def _forms(sample: list[str], data: list[str]) -> Forms | None:
         above = (cut(line, delimiter) for line in reversed(sample) if line.strip())
         return next((len(row) for row in above if not any(map(is_number, row))), 0)
 
-    return forms_of(data, _delimiter, header)
+    return forms_of(data, _delimiter, header) or grouped_forms(sample, _delimiter(data))
 
 
 def _filled(stated: Stated, first: list[str]) -> tuple[tuple[str, ...], tuple[str, ...]] | None:

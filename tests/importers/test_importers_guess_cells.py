@@ -47,10 +47,10 @@ def test_one_row_a_value_is_told_by_compound_names(tmp_path: Path) -> None:
     assert "pivot it first" in error.fix and "'VarName' says which" in error.what
 
 
-def test_a_blank_between_thousands_is_told_in_a_file_of_windows(tmp_path: Path) -> None:
-    lines = (f"{1000 * t:.0f};{x:,.1f};{y:,.1f}\n" for t, x, y in zip(T, 1000 * X, 1000 * Y, strict=True))
+def test_a_blank_between_thousands_is_told_where_blanks_cut_columns(tmp_path: Path) -> None:
+    lines = (f"{1000 * t:.0f} {x:,.1f} {y:,.1f}\n" for t, x, y in zip(T, 100 * X, 100 * Y, strict=True))
     body = "".join(lines).replace(",", "\u00a0").replace(".", ",")
-    error = refused(tmp_path / "a.csv", ("Temps (ms);Entrée (mN);Sortie (mN)\n" + body).encode("cp1252"))
+    error = refused(tmp_path / "a.csv", ("Temps_ms Entrée_mN Sortie_mN\n" + body).encode("cp1252"))
     assert "without marks between thousands" in error.fix and "\\x" not in error.line()
 
 

@@ -91,17 +91,6 @@ def test_the_unit_at_the_end_of_a_name_is_no_word_of_it(unit: str, tmp_path: Pat
     assert {"tension_in_n", "tension_out_n"} <= {q.target for q in found.questions}
 
 
-@pytest.mark.parametrize("mark", [".", "'"])
-def test_marks_between_thousands_are_named_where_too_few_channels_are_numbers(mark: str, tmp_path: Path) -> None:
-    def grouped(v: float) -> str:
-        return f"{v:,.1f}".replace(",", "#").replace(".", ",").replace("#", mark)
-
-    lines = (f"{50 * k};{grouped(1e3 * x)};{grouped(1e3 * y)}" for k, (x, y) in enumerate(zip(X, Y, strict=True)))
-    with pytest.raises(SstlError, match="without marks between thousands") as raised:
-        proposed(tmp_path, "Zeit (ms);Zugkraft proximal (mN);Zugkraft distal (mN)\n" + "\n".join(lines) + "\n")
-    assert raised.value.code == "E333"
-
-
 def test_no_rate_is_proposed_that_is_not_in_the_file(tmp_path: Path) -> None:
     columns, found = proposed(tmp_path, "Force in (N),Force out (N)\n" + rows(X, Y))
     # 0 is refused once its mark is deleted

@@ -102,17 +102,6 @@ def test_too_few_channels_say_where_the_table_seems_to_begin(tmp_path: Path) -> 
     assert raised.value.code == "E333"
 
 
-@pytest.mark.parametrize(("start", "code"), [(1e3, "E323"), (0.0, "E328")])
-def test_marks_between_thousands_do_not_hide_the_delimiter(start: float, code: str, tmp_path: Path) -> None:
-    def grouped(v: float) -> str:
-        return f"{v:,.1f}".replace(",", "#").replace(".", ",").replace("#", ".")
-
-    lines = (f"{grouped(start + 10 * k)};{grouped(1e3 * x)};{grouped(1e3 * y)}" for k, (x, y) in enumerate(zip(X, Y, strict=True)))
-    with pytest.raises(SstlError, match="without marks between thousands") as raised:
-        proposed(tmp_path, "Zeit [ms];Kraft Antrieb [mN];Kraft Spitze [mN]\n" + "\n".join(lines) + "\n")
-    assert raised.value.code == code
-
-
 @pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
 def test_unicode_text_of_a_spreadsheet_is_read(encoding: str, tmp_path: Path) -> None:
     text = (
