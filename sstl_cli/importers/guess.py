@@ -84,7 +84,7 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
             look.labels,
             look.runs,
             look.own,
-            look.system,
+            look.beside.system,
         )
     )
     toml = toml + '\n[files]\nmerge = "rows"\n' if rows else toml

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping, Sequence
+from itertools import pairwise
 
 from sstl_cli.importers.guess_words import unaccented, words
 
@@ -15,11 +16,15 @@ CONFIG = words("config configuration configid cfg konfiguration configuracion co
 # beside these words nothing else than the bend is meant
 _PLAIN = words("angle radius deg degree degrees grad rad mm cm m id no nr number name label value level sheath tube catheter guide winkel")
 # of a sheath an angle may be its bend
+_SHEATH, _ANGLE = words("sheath wrap wrapping tube guaina funda gaine"), words("angle deg winkel grad degrees")
+# what a formula calls a bend, with nothing else in the name: theta_deg, R_mm, angle
+_LETTERS = words("theta phi angle winkel angulo angolo wrap radius r kappa θ φ")
+# an encoder changes sooner than after as many rows
+HELD_ROWS = 50
 # columns in a question
 _SHOWN = 3
 # ranks of names: from the first on they may be of something else, the last are
-_UNSURE, _NONE = 2, 4
-_SHEATH, _ANGLE = words("sheath wrap wrapping tube guaina funda gaine"), words("angle deg winkel grad degrees")
+_UNSURE, _LETTER, _NONE = 2, 4, 5
 
 
 def config_columns(names: Collection[str], alone: Collection[str], paths: bool) -> list[str]:
@@ -62,20 +67,35 @@ def chosen_config(held: Mapping[str, Sequence[str]], paths: bool) -> tuple[str, 
     return name, "" if rank < _UNSURE else "does it tell the bending configuration? If not, take this line out"
 
 
+def labelling(held: Mapping[str, Sequence[str]], paths: bool) -> dict[str, Sequence[str]]:
+    """Return the columns that may tell the configuration by what they hold: an angle that does not say of what only beside nothing better, and where it stays for long.
+
+    Examples
+    --------
+    >>> list(labelling({"bend_deg": ["30"], "R_mm": ["50"]}, False)), list(labelling({"R_mm": ["50"], "angle": ["1", "2"]}, False))
+    (['bend_deg'], ['R_mm'])
+    """
+    ranks = {n: _rank(_words(n, paths)) for n in held}
+    best = {n: v for n, v in held.items() if ranks[n] < _LETTER}
+    return best or {n: v for n, v in held.items() if len(v) >= HELD_ROWS * sum(a != b for a, b in pairwise(v))}
+
+
 def says_config(name: str) -> bool:
     """Return whether a name is that of a configuration, which nobody measures."""
     return bool(CONFIG.intersection(_words(name, last=False)))
 
 
 def _rank(parts: Sequence[str]) -> int:
-    """Return 0 for a name of a configuration, 1 for one of a bend, 2 and 3 for one that may be of something else, 4 for one of neither."""
+    """Return 0 for a name of a configuration, 1 for one of a bend, 2 to 4 for one that may be of something else, 5 for one of neither."""
     held = {p for p in parts if not p.isdigit()}
     rest = held - BEND - CONFIG - _PLAIN
     if held & CONFIG:
         return 2 if rest else 0
     if held & BEND:
         return 2 if rest else 1
-    return 3 if held & _SHEATH and held & _ANGLE else _NONE
+    if held & _SHEATH and held & _ANGLE:
+        return 3
+    return _LETTER if held & _LETTERS and not held - _LETTERS - _PLAIN - _SHEATH - {"total", "tot"} else _NONE
 
 
 def _words(name: str, last: bool) -> list[str]:

@@ -15,18 +15,17 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
+from sstl_cli.importers.guess_beside import Beside, told_beside
 from sstl_cli.importers.guess_clocks import Clocks, with_own_clocks
-from sstl_cli.importers.guess_config import chosen_config, config_columns
+from sstl_cli.importers.guess_config import chosen_config, config_columns, labelling
 from sstl_cli.importers.guess_fractions import Parts, sums
 from sstl_cli.importers.guess_groups import with_groups
 from sstl_cli.importers.guess_labels import LabelColumn, holds_systems, label_columns, label_names, may_label, rows_of_first, runs_in
 from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, two_units, with_marks
 from sstl_cli.importers.guess_names import Said, contradicted, said, time_unit
 from sstl_cli.importers.guess_rates import named_rate, rate_held
-from sstl_cli.importers.guess_remarks import bend_said, system_said
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
-from sstl_cli.importers.guess_starts import starts_said
 from sstl_cli.importers.guess_time import TimeGuess, even, guess_time, runs_forward, trimmed
 from sstl_cli.importers.guess_unit_columns import with_unit_columns, with_unit_said
 from sstl_cli.importers.guess_words import QUANTITY_OF, words
@@ -64,9 +63,7 @@ class Look:
     labels: tuple[LabelColumn, ...] = ()
     runs: str = ""
     own: Mapping[str, TimeGuess] = field(default_factory=dict)
-    system: str = ""
-    bend: tuple[str, str] = ("", "")
-    starts: Mapping[str, str] = field(default_factory=dict)
+    beside: Beside = field(default_factory=Beside)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -128,12 +125,9 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
         line = f'time_s = {{ column = "{clock}", unit = "s" }}'
         time = TimeGuess(line, clock, (f"time_s: '{clock}', the clock of '{roles.first[0].name}'",))
     time = replace(time, reasons=(*_told_first(runs, channels), *time.reasons, *left_out))
-    beside = _beside(chosen, path, found, told)
-    system = system_said(beside, [c.name for c in found])
+    beside = told_beside(chosen, path, found, told, chosen.ID in TABLES, lambda name: _first_texts(chosen, path, name)[0])
     tensions = tuple(measured(moving))
-    return Look(
-        path, chosen, tuple(names), data, time, roles, tensions, labels, runs, clocks.own, system, bend_said(beside), starts_said(beside)
-    )
+    return Look(path, chosen, tuple(names), data, time, roles, tensions, labels, runs, clocks.own, beside)
 
 
 def _told_first(runs: str, channels: Sequence[Channel]) -> list[str]:
@@ -250,22 +244,11 @@ def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel], rows:
     fitting = {n: texts for n, (texts, _) in read.items() if min(len(texts), MAX_ROWS) in (1, rows)}
     longest = max(map(len, fitting.values()), default=1)
     values = {n: texts * longest if len(texts) == 1 else texts for n, texts in fitting.items() if len(texts) in (1, longest)}
-    held = {n: values[n] for n in configs if n in values and may_label("config_id", values[n])}
+    held = labelling({n: values[n] for n in configs if n in values and may_label("config_id", values[n])}, paths)
     config, doubt = chosen_config(held, paths) if held else ("", "")
     names = {t: n for t, n in names.items() if n in values} | ({"config_id": config} if held else {})
     labels = label_columns(names, values, all(whole for _, whole in read.values()), units, {"config_id": doubt})
     return labels, rows_of_first(labels, values)
-
-
-def _beside(chosen: Format, path: Path, found: list[Channel], told: set[str]) -> list[str]:
-    """Return the lines, properties, names of groups and single texts that a file holds beside its table and its labels."""
-    beside = getattr(chosen, "remarks", None)
-    with guarded(path, chosen.TITLE):
-        lines = list(beside(path)) if beside is not None else []
-    single = [c.name for c in found if c.text and c.rows == 1 and c.name not in told]
-    if chosen.ID not in TABLES:
-        lines += dict.fromkeys(parts[0] for c in found if len(parts := re.split("[./]", c.name)) > 1)
-    return lines + [f"{re.split('[./]', n)[-1]}: {t}" for n in single for t in _first_texts(chosen, path, n)[0]]
 
 
 def _first_texts(chosen: Format, path: Path, name: str) -> tuple[list[str], bool]:

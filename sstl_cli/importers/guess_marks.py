@@ -25,6 +25,8 @@ _MARKED = re.compile(r"[+-]?\d+([.,])\d+")
 _DECIMAL = re.compile(r".*:\d\d[.,]\d+.*|[+-]?(?:0\d*[.,]\d+|\d{4,}(?:[.,]\d*)?|\d*[.,](?:\d{0,2}|\d{4,}))(?:[eE][+-]?\d+)?")
 # of so many cells with a mark on, their three digits are no chance
 LEAST = 3
+# more than a steel tendon of 1 mm holds
+MANY_N = 3_000.0
 # in these, thousands of them are usual
 SMALL_UNITS = ("mN", "uN", "gf", "g", "cN")
 AS_THOUSANDS = "then write numbers without marks between thousands"
@@ -52,7 +54,7 @@ def with_marks(path: Path, names: list[Said]) -> list[Said]:
             one = asking(one, f"it holds {cell!r} beside {other!r} in the same file: is it {_without(cell)}? {AS_THOUSANDS}")
         elif whole:
             one = asking(one, f"it holds {cell!r} beside {whole!r}: is it {_without(cell)}? {AS_THOUSANDS}")
-        elif cell and (small or not decimal):
+        elif cell and (small or (not decimal and _can_be(one, columns[one.name]))):
             one = asking(one, f"every mark has three digits behind it: is {cell!r} {_without(cell)}? {AS_THOUSANDS}")
         out.append(one)
     return out
@@ -99,6 +101,12 @@ def _shape(cells: list[str], least: int = LEAST) -> str:
     marked = [(c, m[1]) for c in cells if (m := _GROUPED.fullmatch(c))]
     whole = all(_GROUPED.fullmatch(c) or _SMALL.fullmatch(c) for c in cells)
     return marked[0][0] if whole and len(marked) >= least and len({m for _, m in marked}) == 1 else ""
+
+
+def _can_be(one: Said, cells: list[str]) -> bool:
+    """Return whether the readings of a force can be those of a tendon with the marks between thousands."""
+    most = max(abs(float(_without(c))) for c in cells)
+    return one.dimension == "force" and most * unit_of(one.unit)[1] <= MANY_N
 
 
 def _ticks(clock: Said, cells: list[str]) -> bool:

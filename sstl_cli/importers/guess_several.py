@@ -11,7 +11,7 @@ import numpy as np
 from sstl_cli.importers.guess_files import Named, label_words
 from sstl_cli.importers.guess_labels import LabelColumn
 from sstl_cli.importers.guess_look import Look
-from sstl_cli.importers.guess_remarks import SHOWN, alike
+from sstl_cli.importers.guess_remarks import SHOWN, alike, is_radius
 from sstl_cli.importers.guess_time import MARK
 from sstl_cli.importers.guess_toml import Pair, Proposal, asked, written
 from sstl_cli.importers.pattern import search
@@ -49,25 +49,27 @@ def with_doubt_of_system(toml: str, looks: Sequence[Look]) -> str:
         if told and column is not None and column.systems != {told}:
             held = " and ".join(sorted(column.systems))
             return _asking(toml, {"system": f"the name of '{look.path.name}' says {told}, this column {held}: which is right?"})
-        if told and column is None and look.system not in ("", told):
-            ask = f"the name of '{look.path.name}' says {told}, the file itself {look.system}: which is right?"
+        if told and column is None and look.beside.system not in ("", told):
+            ask = f"the name of '{look.path.name}' says {told}, the file itself {look.beside.system}: which is right?"
             if constant or len(looks) > 1:
                 return _asking(toml, {"system" if constant else "file_name": ask})
             # a constant goes before what the name says
             return toml.replace("[constants]\n", f'[constants]\nsystem = "{told}"{MARK}{ask}\n', 1)
-    return _asking(toml, {"system": _both_systems(looks)})
+    return _asking(toml, {"system": next((x.beside.both for x in looks if x.beside.both), "") or _both_systems(looks)})
 
 
 def _both_systems(looks: Sequence[Look]) -> str:
     """Return what is to be asked of files without a column for it that state both systems themselves, an empty text where they do not."""
-    told = {look.system: look.path.name for look in looks if look.system and not any(c.target == "system" for c in look.labels)}
+    told = {
+        look.beside.system: look.path.name for look in looks if look.beside.system and not any(c.target == "system" for c in look.labels)
+    }
     says = " and ".join(f"'{name}' says {system}" for system, name in sorted(told.items()))
     return f"{says}: give the system of each by a manifest (--manifest), and take this out" if len(told) > 1 else ""
 
 
 def with_bend(toml: str, looks: Sequence[Look]) -> str:
     """Return a proposal that asks for the configuration where files tell it beside their tables, and their names another one or none."""
-    said = {look.bend[0]: look for look in looks if look.bend[0]}
+    said = {look.beside.bend[0]: look for look in looks if look.beside.bend[0]}
     pattern = re.search(r"^file_name = '(.*?)'", toml, re.MULTILINE)
     named = {x.path.name: (search(pattern[1], [x.path.name])[0] or {}).get("config_id", "") if pattern else "" for x in looks}
     columns = [(look, c) for look in looks for c in look.labels if c.target == "config_id"]
@@ -75,15 +77,19 @@ def with_bend(toml: str, looks: Sequence[Look]) -> str:
         return _asking(toml, {"config_id": _against_name(columns, named)})
     if not said:
         return toml
-    if all(alike(named[look.path.name]) == alike(look.bend[0]) for look in looks):
+    if all(alike(named[look.path.name]) == alike(look.beside.bend[0]) for look in looks):
         return toml
     lines = " and ".join(
-        f"'{look.bend[1] if look.bend[0] == '...' else look.bend[1][:SHOWN]}' in '{look.path.name}'" for look in list(said.values())[:2]
+        f"'{look.beside.bend[1] if look.beside.bend[0] == '...' else look.beside.bend[1][:SHOWN]}' in '{look.path.name}'"
+        for look in list(said.values())[:2]
     )
     if any(named.values()) or re.search("^config_id = ", toml, re.MULTILINE):
+        if all(is_radius(look.beside.bend[1]) for look in said.values()):
+            # that of a spool, or of the same bend
+            return toml
         target = "config_id" if re.search("^config_id = ", toml, re.MULTILINE) else "file_name"
         return _asking(toml, {target: f"{lines}: which tells the configuration, this or the name?"})
-    one = len(said) == 1 and all(look.bend[0] for look in looks)
+    one = len(said) == 1 and all(look.beside.bend[0] for look in looks)
     ask = (
         f"{lines}: the bending configuration?"
         if one

@@ -15,6 +15,7 @@ from sstl_cli.importers.guess_clocks import SAME_STEP, own_time
 from sstl_cli.importers.guess_files import Named, side_words, taken
 from sstl_cli.importers.guess_labels import LabelColumn
 from sstl_cli.importers.guess_look import Look, moves
+from sstl_cli.importers.guess_marks import MANY_N
 from sstl_cli.importers.guess_missing import without_code
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_roles import SIDES, Roles
@@ -25,8 +26,6 @@ from sstl_cli.importers.systems import SYSTEM_OF
 
 Array = NDArray[np.float64]
 HEAD = "# Proposed by sstl import --guess. Complete every line that ends in a question and delete its mark."
-# more than a steel tendon of 1 mm holds
-MANY_N = 3_000.0
 # less than the finest tendons, in catheters, are pulled with
 FEW_N = 0.05
 # of the most negative reading, how far others may lie above zero
@@ -289,7 +288,7 @@ def _late(pair: Pair) -> tuple[str, str]:
     """Return the offset of the output's clock where lines above the tables say that it began at another time than its stamps do, and what is to be asked."""
     found: list[tuple[float, str]] = []
     for x, y in zip(pair.firsts, pair.seconds, strict=True):
-        apart, said = begun_apart(x.starts, y.starts)
+        apart, said = begun_apart(x.beside.starts, y.beside.starts)
         clocks = _seconds(x), _seconds(y)
         if apart and clocks[0] is not None and clocks[1] is not None:
             # clocks of one zero tell it themselves, to what the header shows of a second

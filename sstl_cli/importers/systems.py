@@ -8,8 +8,8 @@ from sstl_cli.core.errors import SstlError
 SYSTEM_OF = {"act": "act", "sstl": "sstl", "actuation": "act", "sensing": "sstl"}
 # how a label says it by the tendon's way; as words of a file's name they may be of something else
 WAY_OF = {
-    **dict.fromkeys(("single", "single pass", "one way", "actuate", "actuating"), "act"),
-    **dict.fromkeys(("loop", "double", "double pass", "two way", "round trip", "sense"), "sstl"),
+    **dict.fromkeys(("single", "single pass", "one pass", "one way", "actuate", "actuating"), "act"),
+    **dict.fromkeys(("loop", "double", "double pass", "two pass", "two way", "round trip", "sense"), "sstl"),
 }
 
 
