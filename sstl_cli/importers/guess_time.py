@@ -22,8 +22,15 @@ MARK = "  # (?) "
 # unix times of the years 2001 to 2100, by the unit they are counted in
 EPOCHS = ((1e9, "s"), (1e12, "ms"), (1e15, "us"), (1e18, "ns"))
 EPOCH_LAST = 4.1
+# the same years in steps of 100 ns since the year 1 (.NET) and 1601 (Windows)
+HUNDRED_NS = ((6.31e17, 6.63e17), (1.26e17, 1.58e17))
 # days since 1900 or of the year 0, as spreadsheets and MATLAB count them
 DAYS = ((36_000.0, 73_000.0), (730_000.0, 770_000.0))
+DAY_WORDS = words("d day days tag tage jour jours dia dias giorno giorni excel")
+# of a clock in days, which steps can be none of a logger in s, though they are long in days (10 min)
+LONG_DAYS = 4.99e-4
+# of a clock in steps of 100 ns, steps that rounding leaves to a hundredth
+FINE_S = 1e-3
 LIKELY_STEP_S = (2e-5, 0.5)
 # without a stated unit: the steps of usual loggers, whose rate is a whole number; with 60 in it, it may be one a minute
 LOGGER_STEP_S = (4.99e-4, 0.1001)
@@ -188,14 +195,10 @@ def _unit(best: Said, values: Array, told: str) -> tuple[str, float, str, str]:
     stated = best.unit if best.dimension == "time" else ""
     if best.strange:
         return "s", 1.0, f"its unit is {best.strange}: give unit and scale", f"a unit of its own, {best.strange}"
-    if unit := _epoch(finite):
-        if stated and unit_of(stated) != unit_of(unit):
-            return unit, 1.0, f"the name says {stated}, the values are unix time in {unit}", "unix time"
-        return unit, 1.0, "", f"unix time in {unit}"
+    if (since := _since(best, finite, step, stated)) is not None:
+        return since
     if odd := _odd(best):
         return stated or "s", 1.0, f"what is {odd} in its name? give unit and scale", f"its name says {odd}"
-    if not stated and any(a <= finite[0] < b for a, b in DAYS) and np.ptp(finite) < 2:
-        return "h", 24.0, "", "days, as spreadsheets and MATLAB count them"
     if stated:
         period = step * unit_of(stated)[1]
         if period and not LIKELY_STEP_S[0] <= period <= LIKELY_STEP_S[1]:
@@ -230,19 +233,63 @@ def _ms_or_s(values: Array, names: list[Said], data: dict[str, Array], stated: S
     return "s" if lasts_s < SHORTEST_S or moved_mm > FASTEST_MM_S * lasts_s else ""
 
 
+def _since(best: Said, values: Array, step: float, stated: str) -> tuple[str, float, str, str] | None:
+    """Return unit, scale, question and reason of a clock whose zero lies long before the recording, or that counts days; None where it does not."""
+    if unit := _epoch(values):
+        differs = stated and unit_of(stated) != unit_of(unit)
+        return unit, 1.0, f"the name says {stated}, the values are unix time in {unit}" if differs else "", f"unix time in {unit}"
+    if _hundred_ns(values):
+        # doubles of this size lie 13 us apart
+        ask = "so large a number is read to 13 us only: write seconds since the start" if step * 1e-7 < FINE_S else ""
+        ask = f"the name says {stated}, the values are steps of 100 ns" if stated else ask
+        return "us", 0.1, ask, "steps of 100 ns since the year 1 or 1601, as .NET and Windows count them"
+    days = _in_days(best, values, step, stated)
+    return None if days is None else ("h", 24.0, days, "days, as spreadsheets and MATLAB count them")
+
+
+def _in_days(best: Said, values: Array, step: float, stated: str) -> str | None:
+    """Return the question of a clock in days (empty: none), None where it is no such clock."""
+    # d20240503.time: a letter of the name is no unit
+    named = bool(DAY_WORDS.intersection(w for w in best.words if len(w) > 1)) or (_odd(best) in DAY_WORDS and not best.dimension)
+    period = 86_400.0 * step
+    likely = LIKELY_STEP_S[0] <= period <= LIKELY_STEP_S[1]
+    if stated or not period:
+        return None
+    if named or (_of_days(values) and np.ptp(values) < 2):
+        # seconds of a day from 10 in the morning on are such numbers, too
+        return "" if likely else f"in days, {1 / period:.4g} Hz: right?" if named or step < LONG_DAYS else None
+    # the time of day alone, as spreadsheets hold it
+    fraction = likely and step < LIKELY_STEP_S[0] and values[0] >= 0.0 and values[-1] <= 1.0
+    return (
+        f"no unit is stated: days fit steps of {step:.3g} ({1 / period:.4g} Hz), as spreadsheets hold a time of day; right?"
+        if fraction
+        else None
+    )
+
+
+def _of_days(values: Array) -> bool:
+    """Return whether values are days since 1900 or of the year 0."""
+    return any(a <= values[0] < b for a, b in DAYS)
+
+
+def _hundred_ns(values: Array) -> bool:
+    """Return whether values are times in steps of 100 ns."""
+    return any(a <= values[0] < b for a, b in HUNDRED_NS)
+
+
 def _epoch(values: Array) -> str:
     """Return the unit of values that are unix times, '' where they are none."""
     return next((unit for start, unit in EPOCHS if start <= values[0] < EPOCH_LAST * start), "")
 
 
 def is_epoch(values: Array) -> bool:
-    """Return whether a clock is unix time, or days since 1900, by its values: it begins long before the recording."""
-    return bool(_epoch(values)) or any(a <= values[0] < b for a, b in DAYS)
+    """Return whether a clock is unix time, ticks of .NET, or days since 1900, by its values: it begins long before the recording."""
+    return bool(_epoch(values)) or _hundred_ns(values) or _of_days(values)
 
 
 def _named_epoch(one: Said, values: Array) -> bool:
-    """Return whether a channel is unix time by its name and its values."""
-    return bool(EPOCH_WORDS.intersection(one.words)) and bool(_epoch(values))
+    """Return whether a channel is unix time by its name and its values, or by these alone ticks of .NET."""
+    return _hundred_ns(values) or (bool(EPOCH_WORDS.intersection(one.words)) and bool(_epoch(values)))
 
 
 def _rounded(best: Said, names: list[Said], data: dict[str, Array]) -> Stated | None:
@@ -257,7 +304,7 @@ def _rounded(best: Said, names: list[Said], data: dict[str, Array]) -> Stated | 
     tensions = [data[s.name] for s in names if s.tension and s.name in data and len(data[s.name]) == len(clock)]
     if not any(np.mean(np.diff(v)[same] != 0) > 0.5 for v in tensions):
         return None
-    size = unit_of(best.unit)[1] if best.dimension == "time" else 1.0
+    size = unit_of(best.unit)[1] if best.dimension == "time" else 86_400.0 if _of_days(clock) and np.ptp(clock) < 2 else 1.0
     # ends of ticks are rounded as well: only where they do not hold the same number throughout does their mean tell more
     usual, mean = float(np.median(counts)), float(np.mean(counts))
     tick = float(np.median(np.diff(clock[starts])))

@@ -8,21 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from sstl_cli.core.units import unit_of
-
-# how operators write down a rate; Hz alone may be that of the motion, and FS the full scale
-_RATE = re.compile(
-    r"(?:sampl\w*|abtast\w*|messrate|acquisition|echantillonnage|muestreo|logging|\bf_?s\b(?=\s*[=:]))\W*(?:at|rate|freq\w*|frequenz)?\W*(\d+(?:[.,]\d+)?)\s*(k?)(?:hz|s/s|sps)\b",
-    re.IGNORECASE,
-)
-# a period or a time alone may be that of the motion, or the length of the test
-_PERIOD = re.compile(
-    r"(?:\bd_?t|delta[ _]?t|(?:sampl\w*|abtast\w*)\W*(?:time|period\w*|interval\w*|zeit|intervall)|(?:log\w*|record\w*)\W*interval|^\W*interval)\s*[=:,;]\W*"
-    r"(\d+(?:[.,]\d+)?(?:e[-+]?\d+)?)\s*(ms|us|s|msec|sec)\b",
-    re.IGNORECASE,
-)
-# an oscilloscope counts these in s: "tInc = 4.0e-09", or the number below the name of a column
-_INCREMENT = re.compile(r"\b(?:t_?inc\w*|increment|sample interval)\s*[=:,;]\s*(\d+(?:[.,]\d+)?(?:e[-+]?\d+)?)(?=[\s,;]|$)", re.IGNORECASE)
 # an oscilloscope's lines: the unit of what is recorded over, and of each channel
 HORIZONTAL_UNITS, VERTICAL_UNITS = "Horizontal Units", "Vertical Units"
 LABVIEW_STARTS = ("X0", "Date", "Time")
@@ -142,16 +127,6 @@ def oscilloscope(header: list[str], cut: Cut) -> tuple[str, ...]:
     """Return the units of the columns that an oscilloscope's settings state, none where they state none."""
     told = {row[0]: row[1:] for line in header if (row := cut(line))}
     return (*told.get(HORIZONTAL_UNITS, ["s"])[:1], *told[VERTICAL_UNITS]) if VERTICAL_UNITS in told else ()
-
-
-def rate_said(lines: list[str]) -> float:
-    """Return the sampling period (s) that a line above the data states ("sampling rate: 500 Hz", "fs = 500 Hz", "dt = 2 ms"), NaN where none or several do."""
-    rates = {_number(m[1]) * (1e3 if m[2].lower() == "k" else 1.0) for line in lines if (m := _RATE.search(line))}
-    steps = {_number(m[1]) * unit_of(m[2].lower())[1] for line in lines if (m := _PERIOD.search(line))}
-    steps |= {_number(m[1]) for line in lines if (m := _INCREMENT.search(line))}
-    steps |= {1.0 / rate for rate in rates if rate > 0.0}
-    step = steps.pop() if len(steps) == 1 else math.nan
-    return step if step > 0.0 else math.nan
 
 
 def step_below(rows: list[list[str]]) -> float:

@@ -12,7 +12,8 @@ from pathlib import Path
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import MAX_CHANNELS, Layout
 from sstl_cli.importers.guess_words import SIGNS
-from sstl_cli.importers.instruments import Cut, Measured, Stated, labview, oscilloscope, rate_said, stated_by, step_below
+from sstl_cli.importers.instruments import Cut, Measured, Stated, labview, oscilloscope, stated_by, step_below
+from sstl_cli.importers.rates_said import rate_said
 from sstl_cli.importers.recorders import recorder, signal_names
 from sstl_cli.importers.text_cells import MINUS, SPACES, WITHOUT_MARKS, cut, grouped_sign, is_missing, is_number
 from sstl_cli.importers.text_file import opened
