@@ -18,6 +18,8 @@ UNITS: dict[str, tuple[str, float]] = {
     "kN": ("force", 1e3),
     "daN": ("force", 10.0),
     "cN": ("force", 1e-2),
+    "dN": ("force", 1e-1),
+    "dyn": ("force", 1e-5),
     "kgf": ("force", STANDARD_GRAVITY),
     "gf": ("force", STANDARD_GRAVITY * 1e-3),
     "lbf": ("force", STANDARD_GRAVITY * POUND_KG),

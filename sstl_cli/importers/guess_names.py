@@ -42,14 +42,14 @@ _NUMBER = r"[x*×·/]?\s*\d+(?:[.,]\d+)?(?:[eE][-+]?\d+|\s*(?:\^|\*\*)\s*[-−+]
 _SCALED = re.compile(rf"{_NUMBER}\s*([^\W\d_]+)|([^\W\d_]+)\s*{_NUMBER}")
 _SHORT = re.compile(r"(?:f|t|ft|force|tension|load|tau)(in|out|prox|dist|tip|mot|ref|cmd|des|soll|ein|aus)")
 # at the end of a name, in letters that are no word of it
-_UNIT_TAIL = re.compile(r"(?<=[^\W_])[_ \-.](N|mN|kN|uN|lbf|kgf|gf|ozf|mV)$")
+_UNIT_TAIL = re.compile(r"(?<=[^\W_])[_ \-.](N|mN|cN|dN|daN|kN|uN|lbf|kgf|gf|ozf|mV)$")
 _ORDER = tuple(QUANTITY)
 # hours and minutes are no unit of a column of ticks: q_min is the least q
 _STEPS = ("s", "ms", "us", "ns", "MS", "US", "NS")
 # they stand for no number of order, as the second does
 _TICKS = ("millis", "micros", "nanos", "msec", "msecs", "usec", "usecs", "nsec", "nsecs")
 _SAFE_TAIL = {
-    "force": ("N", "mN", "kN", "uN", "kgf", "gf", "lbf", "ozf", "kg", "g", "lb", "lbs", "V", "mV", "n", "kn", "mn"),
+    "force": ("N", "mN", "cN", "dN", "daN", "kN", "uN", "kgf", "gf", "lbf", "ozf", "kg", "g", "lb", "lbs", "V", "mV", "n", "kn", "mn"),
     "time": ("s", "ms", "us", "ns", "S", "MS", "US", "NS", "min", "Min", "h"),
     "position": ("mm", "cm", "m", "um", "deg", "rad"),
     "angle": ("deg", "rad", "rev"),
@@ -87,7 +87,8 @@ class Said:
         found = next((w for w, after in zip(own, (*own[1:], ""), strict=False) if w in NOT_MEASURED or w + after in NOT_MEASURED), "")
         # T_in_d and T_in*, as control writes what is desired
         desired = "*" if self.name.split("(")[0].split("[")[0].rstrip().endswith("*") else "d" if own[-1:] == ("d",) and self.side else ""
-        plain = _BRACKETS.sub("", self.name)
+        # F_in_dN: the d of a unit
+        plain = _UNIT_TAIL.sub("", _BRACKETS.sub("", self.name))
         computed = _COMPUTED.search(plain) or (_CHANGE.search(plain) if self.quantity == "force" else None)
         return found or desired or (computed[0].strip(" _./") if computed else "")
 

@@ -179,19 +179,57 @@ UNIT_WORDS = {
     "gramos": "gf",
     "grammi": "gf",
 }
+# units of mass that a dash or a blank turns into one of force: kg-f, pound force
+_OF_FORCE = {
+    "gf": "g gram grams gramme grammes",
+    "kgf": "kg kilogram kilograms kilogramme",
+    "lbf": "lb lbs pound pounds",
+    "ozf": "oz ounce ounces",
+}
 # in brackets or a row of units, where a word can only be a unit: in other letters than its own
 UNIT_CELLS = UNIT_WORDS | {
     **{u: u for u in ("s", "ms", "us", "ns", "min", "h", "kgf", "gf", "lbf", "ozf")},
     "hr": "h",
     "hrs": "h",
     "std": "h",
-    "kn": "kN",
     "kg": "kgf",
     "lb": "lbf",
     "lbs": "lbf",
     "pound": "lbf",
-    "oz": "ozf",
+    "ounce": "ozf",
     "ounces": "ozf",
+    "oz": "ozf",
+    "gmf": "gf",
+    "grf": "gf",
+    "kn": "kN",
+    "cn": "cN",
+    "dn": "dN",
+    "dan": "daN",
+    "centinewton": "cN",
+    "decinewton": "dN",
+    "decanewton": "daN",
+    "dekanewton": "daN",
+    "millinewton": "mN",
+    "kilonewton": "kN",
+    "micronewton": "uN",
+    "kilopond": "kgf",
+    "pond": "gf",
+    "dyn": "dyn",
+    "dyne": "dyn",
+    "dynes": "dyn",
+    "牛": "N",
+    "毫牛": "mN",
+    "千牛": "kN",
+    "克力": "gf",
+    "千克力": "kgf",
+    "公斤力": "kgf",
+    **{
+        f"{word}{mark}{force}": unit
+        for unit, many in _OF_FORCE.items()
+        for word in many.split()
+        for mark in "- "
+        for force in ("f", "force")
+    },
 }
 # of a time that does not go on in a unit of time, or is none
 NO_CLOCK = words(

@@ -6,8 +6,8 @@ import math
 
 from sstl_cli.core.units import UNITS
 
-# daN and cN are 2 % away from kgf and gf, which a factor does not tell
-FORCES = {name: factor for name, (kind, factor) in UNITS.items() if kind == "force" and name not in ("daN", "cN")}
+# daN and cN are 2 % away from kgf and gf, which a factor does not tell; no load cell shows dN or dyn by itself
+FORCES = {name: factor for name, (kind, factor) in UNITS.items() if kind == "force" and name not in ("daN", "cN", "dN", "dyn")}
 # largest reading of volts
 VOLTS = 10.0
 CHANNELS = ("tension_in_n", "tension_out_n")
