@@ -220,7 +220,12 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
                 what = f"holds {_blanks(narrow[0])!r} with a blank between thousands"
                 raise SstlError(what, where=where, fix=WITHOUT_MARKS, code="E328")
             what, fix = f"has {len(cells)} columns, the lines before have {width}", "correct or remove the line, or raise skip_rows"
-            if not any(map(is_number, cells)):
+            if found.forms is not None and text.lstrip().startswith("{"):
+                what, fix = (
+                    "holds a record with other keys than those before",
+                    "give every record the same keys, null where nothing was read",
+                )
+            elif not any(map(is_number, cells)):
                 fix = "it holds words alone: where another table begins, split the file there, else remove the line"
             raise SstlError(what, where=where, fix=fix, code="E327")
         for i, name in checked:

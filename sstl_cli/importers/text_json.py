@@ -12,9 +12,12 @@ from sstl_cli.importers.text_forms import MOST, Forms
 
 # what stands between two marks of JSON
 _GAP = r"[ \t]*"
-_NUMBER = r"-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?|-?Infinity|NaN"
+_NUMBER = r"(?:-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?|-?Infinity|NaN)"
 # a word or a reading that is missing leaves an empty cell; escaped and tabulated texts are no cells of a table
 _VALUE = rf'(?:"([^"\\\t]*)"|({_NUMBER}|true|false)|null)'
+# of a file, the lines that tell what it is
+_SHOWN_LINES = 20
+AS_TABLE = "write it as CSV with one column for each name, or as one record a line with the same keys throughout"
 # deeper than messages are
 _MAX_DEPTH = 8
 
@@ -44,6 +47,26 @@ def json_forms(lines: Sequence[str]) -> Forms | None:
         return None
     cells = "\\t".join(rf"\g<{2 * i + 1}>\g<{2 * i + 2}>" for i in range(len(found)))
     return Forms(re.compile(rf"(?m)^{_GAP}{body}[ \t,\r]*$".encode()), cells.encode(), "\t", found, ("",) * len(found))
+
+
+def is_one_value(lines: Sequence[str]) -> str:
+    """Return what the first lines of a file are of, where it holds JSON that is no record a line, an empty text where it does not.
+
+    Examples
+    --------
+    >>> is_one_value(['[{"t": 0.01}, {"t": 0.02}]']), is_one_value(["[", ' {"t": 0.01},']), is_one_value(['{"t": [0.01,', "0.02]}"])
+    ('an array', 'an array', 'one object')
+    >>> is_one_value(["[0.01, 2.03]", "[0.02, 2.05]"]), is_one_value(['{"t": 0.01}', '{"t": 0.02}']), is_one_value(["[10:22:33] 2.03"])
+    ('an array a line', '', '')
+    """
+    filled = [x.strip() for x in lines if x.strip()]
+    text = "\n".join(filled[:_SHOWN_LINES])
+    if re.match(rf"\[\s*(?:\{{|\[|{_NUMBER}\s*,\s*$)", text, re.MULTILINE):
+        return "an array"
+    if filled and all(re.fullmatch(rf"\[\s*{_NUMBER}\s*(?:,\s*{_NUMBER}\s*)+\],?", x) for x in filled[:_SHOWN_LINES]):
+        return "an array a line" if len(filled) > 1 else "an array"
+    one = len(filled) == 1 or not all(x.startswith("{") for x in filled[:_SHOWN_LINES])
+    return "one object" if one and re.match(r"\{\s*\"", text) else ""
 
 
 def _pattern(value: Any, name: str, names: list[str], depth: int) -> str:

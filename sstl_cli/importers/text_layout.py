@@ -20,7 +20,7 @@ from sstl_cli.importers.text_file import opened
 from sstl_cli.importers.text_forms import NAME_OF_STAMP, Forms, forms_of, is_signed, is_united
 from sstl_cli.importers.text_grouped import grouped_forms
 from sstl_cli.importers.text_header import COMMENTS, names_and_units, numbered, stated_unit, table_in, unit_in
-from sstl_cli.importers.text_json import json_forms
+from sstl_cli.importers.text_json import AS_TABLE, is_one_value, json_forms
 from sstl_cli.importers.text_stamps import are_stamps
 from sstl_cli.importers.waveforms import OWN, Waveform, waveform, waveform_names
 
@@ -74,7 +74,7 @@ def _readings(rest: Sequence[bytes], wanted: Layout, path: Path) -> tuple[list[s
     forms = None if wanted.delimiter is not None else json_forms(data) if records else _forms(sample, data)
     if records and forms is None:
         what = "holds JSON, one record a line, whose keys are not the same throughout"
-        raise SstlError(what, where=str(path), fix="write it as CSV, with one column for each name", code="E323")
+        raise SstlError(what, where=str(path), fix=AS_TABLE, code="E323")
     if forms is not None:
         sample, data = [forms.line(x) for x in sample], [forms.line(x) for x in data]
     return sample, data, forms
@@ -101,6 +101,8 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     lines, line_end, start = _first_lines(path, wanted.skip_rows)
     at = header = _end_of_labview(lines, wanted.skip_rows)
     rest = lines[at:]
+    if wanted.skip_rows == 0 and wanted.delimiter is None and (whole := is_one_value([as_text(x) for x in lines[:SAMPLE_LINES]])):
+        raise SstlError(f"holds JSON as {whole}, not as one record a line", where=str(path), fix=AS_TABLE, code="E323")
     sample, data, forms = _readings(rest, wanted, path)
     delimiter = forms.delimiter if forms is not None else _NAMED.get(wanted.delimiter or "", wanted.delimiter or "") or _delimiter(data)
     by_delimiter: Cut = partial(cut, delimiter=delimiter)
@@ -294,7 +296,7 @@ def _first_lines(path: Path, skip: int) -> tuple[list[bytes], bytes, int]:
         raise SstlError(
             f"line {longest + 1} is longer than {MAX_LINE_BYTES >> 20} MiB",
             where=str(path),
-            fix="this is not a text log with one sample a line",
+            fix=AS_TABLE if lines[0].lstrip()[:1] in (b"[", b"{") else "this is not a text log with one sample a line",
             code="E320",
         )
     if skip and skip >= len([x for x in lines if x.strip()]):

@@ -73,3 +73,50 @@ def test_a_narrow_line_above_the_names_is_no_header(tmp_path: Path) -> None:
     text += "".join(f"{i},{t:.3f},{x:.3f},{y:.3f}\n" for i, (t, x, y) in enumerate(zip(T, X, Y, strict=True)))
     columns, _ = proposed(tmp_path / "act.csv", text)
     assert [columns[c]["column"] for c in ("time_s", "tension_in_n", "tension_out_n")] == ["Time(s)", "Input force", "Output force"]
+
+
+WHOLE = [{"t": round(0.01 * k, 2), "fin": 2.0 + k, "fout": 1.5 + k} for k in range(60)]
+COLUMNS = {name: [record[name] for record in WHOLE] for name in WHOLE[0]}
+
+
+@pytest.mark.parametrize("ext", ["json", "txt"])
+@pytest.mark.parametrize("indent", [None, 1])
+@pytest.mark.parametrize(
+    "document",
+    [
+        WHOLE,
+        COLUMNS,
+        {"data": WHOLE},
+        {"meta": {"bend": 30}, "data": COLUMNS},
+        [list(r.values()) for r in WHOLE],
+        {str(k): r for k, r in enumerate(WHOLE)},
+    ],
+)
+def test_json_as_one_value_is_refused_with_what_to_write(document: object, indent: int | None, ext: str, tmp_path: Path) -> None:
+    path = tmp_path / f"a.{ext}"
+    path.write_text(json.dumps(document, indent=indent))
+    with pytest.raises(SstlError, match=r"E323.*holds JSON as (an array|one object).*one column for each name, or as one record a line"):
+        guess([path])
+
+
+def test_arrays_one_a_line_and_an_array_on_one_long_line_are_refused_likewise(tmp_path: Path) -> None:
+    path = tmp_path / "a.jsonl"
+    path.write_text("".join(json.dumps(list(r.values())) + "\n" for r in WHOLE))
+    with pytest.raises(SstlError, match="an array a line.*one column for each name"):
+        guess([path])
+    path.write_text(json.dumps(WHOLE * 1000))
+    with pytest.raises(SstlError, match="E320.*one column for each name"):
+        guess([path])
+
+
+def test_a_record_without_a_key_is_told_as_one(tmp_path: Path) -> None:
+    path = tmp_path / "a.jsonl"
+    path.write_text("".join(json.dumps({k: v for k, v in r.items() if k != "fout" or i != 7}) + "\n" for i, r in enumerate(WHOLE)))
+    with pytest.raises(SstlError, match="line 8.*other keys than those before.*null where nothing was read"):
+        guess([path])
+
+
+def test_what_begins_with_a_bracket_and_is_no_json_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("[Header]\n[Rig 1]\nTime (s),Fin (N),Fout (N)\n" + "".join(f"{r['t']},{r['fin']},{r['fout']}\n" for r in WHOLE))
+    assert 'tension_in_n = { column = "Fin (N)", unit = "N" }' in guess([path]).toml
