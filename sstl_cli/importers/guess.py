@@ -85,6 +85,7 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
             look.runs,
             look.own,
             look.beside.system,
+            look.groups,
         )
     )
     toml = toml + '\n[files]\nmerge = "rows"\n' if rows else toml

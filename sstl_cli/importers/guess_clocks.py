@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.units import unit_of
+from sstl_cli.importers.guess_epochs import is_epoch
 from sstl_cli.importers.guess_names import Said, time_unit
-from sstl_cli.importers.guess_time import MARK, SAME_RATE, TimeGuess, counts, even, is_epoch, repeats, runs_forward, trimmed
+from sstl_cli.importers.guess_time import MARK, SAME_RATE, TimeGuess, counts, even, repeats, runs_forward, trimmed
 
 Array = NDArray[np.float64]
 # of a step, how far equal clocks may lie apart where they are written with other places

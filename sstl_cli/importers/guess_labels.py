@@ -114,7 +114,7 @@ def label_columns(
 def _system_question(name: str, held: list[str]) -> str:
     """Return what is left to ask of a column that holds words for systems, an empty text where it can hold nothing else."""
     both = len(set(map(known_system, held))) > 1
-    if all(h.strip().lower() in SYSTEM_OF for h in held) and (both or re.split(r"[./]", name)[-1].strip().lower() == "system"):
+    if all(h.strip().lower() in SYSTEM_OF for h in held) and (both or re.split(r"[./@]", name)[-1].strip().lower() == "system"):
         return ""
     said = " and ".join(f"{h!r} as {known_system(h)}" for h in held)
     return f"is {said} the system (act: single pass, sstl: double pass)? If not, take this line out"

@@ -25,10 +25,12 @@ from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, two_
 from sstl_cli.importers.guess_names import Said, contradicted, said, time_unit
 from sstl_cli.importers.guess_rates import named_rate, rate_held
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
+from sstl_cli.importers.guess_runs import Groups, runs_by_group
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
 from sstl_cli.importers.guess_time import TimeGuess, even, guess_time, runs_forward, trimmed
 from sstl_cli.importers.guess_unit_columns import with_unit_columns, with_unit_said
 from sstl_cli.importers.guess_words import QUANTITY_OF, words
+from sstl_cli.importers.rates_said import rate_said
 from sstl_cli.importers.text import OR_ELSEWHERE, grouped_in, remarks
 from sstl_cli.importers.text_cells import WITHOUT_MARKS
 from sstl_cli.importers.text_header import unit_in
@@ -63,6 +65,7 @@ class Look:
     labels: tuple[LabelColumn, ...] = ()
     runs: str = ""
     own: Mapping[str, TimeGuess] = field(default_factory=dict)
+    groups: Groups | None = None
     beside: Beside = field(default_factory=Beside)
 
     @property
@@ -81,8 +84,10 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     chosen = as_ or detect(path, wanted)
     found = chosen.channels(path, Layout())
     prefix, runs = runs_in([c.name for c in found], path.stem if chosen.ID not in TABLES and as_ is None else "")
-    found = [c for c in found if c.name.startswith(prefix)]
-    found, doubts = _with_units(chosen, path, found)
+    groups = runs_by_group(found) if not runs and chosen.ID not in TABLES and as_ is None else None
+    prefix, runs = (groups.prefix, groups.pattern) if groups is not None else (prefix, runs)
+    found, doubts = _with_units(chosen, path, [c for c in found if c.name.startswith(prefix)])
+    doubts = {n.removeprefix(prefix): ask for n, ask in doubts.items()} | dict(groups.doubts if groups is not None else {})
     channels = [c for c in found if not c.text][:MAX_COLUMNS]
     try:
         first_values, wrong = _first_values(chosen, path, channels)
@@ -127,7 +132,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     time = replace(time, reasons=(*_told_first(runs, channels), *time.reasons, *left_out))
     beside = told_beside(chosen, path, found, told, chosen.ID in TABLES, lambda name: _first_texts(chosen, path, name)[0])
     tensions = tuple(measured(moving))
-    return Look(path, chosen, tuple(names), data, time, roles, tensions, labels, runs, clocks.own, beside)
+    return Look(path, chosen, tuple(names), data, time, roles, tensions, labels, runs, clocks.own, groups, beside)
 
 
 def _told_first(runs: str, channels: Sequence[Channel]) -> list[str]:
@@ -140,7 +145,8 @@ def _told_first(runs: str, channels: Sequence[Channel]) -> list[str]:
 def _with_units(chosen: Format, path: Path, found: list[Channel]) -> tuple[list[Channel], dict[str, str]]:
     """Return the channels with what columns of units beside them, and a line above, say in a table, and the questions that those raise."""
     if chosen.ID not in TABLES:
-        return found, {}
+        beside = getattr(chosen, "remarks", None)
+        return with_unit_said(found, beside(path) if beside is not None else ())
     found, doubts = with_unit_columns(found, lambda name: _first_texts(chosen, path, name)[0])
     found, more = with_unit_said(found, remarks(path) if chosen.ID == "text" else ())
     starts = layout_of(path, Layout()).starts if chosen.ID == "text" else ""
@@ -354,7 +360,10 @@ def _rate(chosen: Format, path: Path, found: list[Channel]) -> Stated | None:
     """Return the sampling period of a rate that the file holds as a number, None where it holds none."""
     named = [c.name for c in found if not c.text and named_rate(c.name)]
     # each alone: it may be as long as the readings, or one number
-    return rate_held({n: _read(chosen, path, [n])[n] for n in named})
+    held = rate_held({n: _read(chosen, path, [n])[n] for n in named})
+    beside = getattr(chosen, "remarks", None) if held is None and chosen.ID != "text" else None
+    step = rate_said(beside(path)) if beside is not None else math.nan
+    return Stated(step, "the file states it") if math.isfinite(step) else held
 
 
 def _read(chosen: Format, path: Path, names: list[str]) -> dict[str, Array]:

@@ -55,14 +55,17 @@ def with_doubt_of_system(toml: str, looks: Sequence[Look]) -> str:
                 return _asking(toml, {"system" if constant else "file_name": ask})
             # a constant goes before what the name says
             return toml.replace("[constants]\n", f'[constants]\nsystem = "{told}"{MARK}{ask}\n', 1)
-    return _asking(toml, {"system": next((x.beside.both for x in looks if x.beside.both), "") or _both_systems(looks)})
+    return _asking(toml, {"system": next((x.beside.both for x in looks if not _gives_system(x)), "") or _both_systems(looks)})
+
+
+def _gives_system(look: Look) -> bool:
+    """Return whether a column or the names of groups give the system of each run of a file."""
+    return any(c.target == "system" for c in look.labels) or (look.groups is not None and "system" in look.groups.labels)
 
 
 def _both_systems(looks: Sequence[Look]) -> str:
     """Return what is to be asked of files without a column for it that state both systems themselves, an empty text where they do not."""
-    told = {
-        look.beside.system: look.path.name for look in looks if look.beside.system and not any(c.target == "system" for c in look.labels)
-    }
+    told = {look.beside.system: look.path.name for look in looks if look.beside.system and not _gives_system(look)}
     says = " and ".join(f"'{name}' says {system}" for system, name in sorted(told.items()))
     return f"{says}: give the system of each by a manifest (--manifest), and take this out" if len(told) > 1 else ""
 
@@ -75,7 +78,8 @@ def with_bend(toml: str, looks: Sequence[Look]) -> str:
     columns = [(look, c) for look in looks for c in look.labels if c.target == "config_id"]
     if columns:
         return _asking(toml, {"config_id": _against_name(columns, named)})
-    if not said:
+    # names of groups are no lines beside the runs that they hold
+    if not said or any(look.groups is not None and "config_id" in look.groups.labels for look in looks):
         return toml
     if all(alike(named[look.path.name]) == alike(look.beside.bend[0]) for look in looks):
         return toml

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.units import unit_of
+from sstl_cli.importers.guess_epochs import epoch, hundred_ns, of_days
 from sstl_cli.importers.guess_fractions import Parts, in_parts
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_stamps import GAP, Stated, is_time
@@ -19,13 +20,6 @@ from sstl_cli.importers.guess_words import NO_CLOCK, UNIT_CELLS, words
 Array = NDArray[np.float64]
 # behind a line that an import asks for, with the question
 MARK = "  # (?) "
-# unix times of the years 2001 to 2100, by the unit they are counted in
-EPOCHS = ((1e9, "s"), (1e12, "ms"), (1e15, "us"), (1e18, "ns"))
-EPOCH_LAST = 4.1
-# the same years in steps of 100 ns since the year 1 (.NET) and 1601 (Windows)
-HUNDRED_NS = ((6.31e17, 6.63e17), (1.26e17, 1.58e17))
-# days since 1900 or of the year 0, as spreadsheets and MATLAB count them
-DAYS = ((36_000.0, 73_000.0), (730_000.0, 770_000.0))
 DAY_WORDS = words("d day days tag tage jour jours dia dias giorno giorni excel")
 # of a clock in days, which steps can be none of a logger in s, though they are long in days (10 min)
 LONG_DAYS = 4.99e-4
@@ -104,7 +98,7 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
             others = ", ".join(f"'{s.name}'" for s in named if s is not best)
             reasons.append(f"time_s: '{best.name}' of several clocks ({others} too)")
         return _of(best, data[best.name], reasons, told, stated)
-    for one in (s for s in forward if not s.quantity and _epoch(data[s.name]) == "s"):
+    for one in (s for s in forward if not s.quantity and epoch(data[s.name]) == "s"):
         if (parts := in_parts(one, names, data, named=False)) is not None:
             return _of_parts(one, parts, reasons, f"are '{one.name}' and '{parts.name}' the seconds and their fraction?")
     # a signal that is switched runs forward where it is switched once
@@ -235,10 +229,10 @@ def _ms_or_s(values: Array, names: list[Said], data: dict[str, Array], stated: S
 
 def _since(best: Said, values: Array, step: float, stated: str) -> tuple[str, float, str, str] | None:
     """Return unit, scale, question and reason of a clock whose zero lies long before the recording, or that counts days; None where it does not."""
-    if unit := _epoch(values):
+    if unit := epoch(values):
         differs = stated and unit_of(stated) != unit_of(unit)
         return unit, 1.0, f"the name says {stated}, the values are unix time in {unit}" if differs else "", f"unix time in {unit}"
-    if _hundred_ns(values):
+    if hundred_ns(values):
         # doubles of this size lie 13 us apart
         ask = "so large a number is read to 13 us only: write seconds since the start" if step * 1e-7 < FINE_S else ""
         ask = f"the name says {stated}, the values are steps of 100 ns" if stated else ask
@@ -255,7 +249,7 @@ def _in_days(best: Said, values: Array, step: float, stated: str) -> str | None:
     likely = LIKELY_STEP_S[0] <= period <= LIKELY_STEP_S[1]
     if stated or not period:
         return None
-    if named or (_of_days(values) and np.ptp(values) < 2):
+    if named or (of_days(values) and np.ptp(values) < 2):
         # seconds of a day from 10 in the morning on are such numbers, too
         return "" if likely else f"in days, {1 / period:.4g} Hz: right?" if named or step < LONG_DAYS else None
     # the time of day alone, as spreadsheets hold it
@@ -267,29 +261,9 @@ def _in_days(best: Said, values: Array, step: float, stated: str) -> str | None:
     )
 
 
-def _of_days(values: Array) -> bool:
-    """Return whether values are days since 1900 or of the year 0."""
-    return any(a <= values[0] < b for a, b in DAYS)
-
-
-def _hundred_ns(values: Array) -> bool:
-    """Return whether values are times in steps of 100 ns."""
-    return any(a <= values[0] < b for a, b in HUNDRED_NS)
-
-
-def _epoch(values: Array) -> str:
-    """Return the unit of values that are unix times, '' where they are none."""
-    return next((unit for start, unit in EPOCHS if start <= values[0] < EPOCH_LAST * start), "")
-
-
-def is_epoch(values: Array) -> bool:
-    """Return whether a clock is unix time, ticks of .NET, or days since 1900, by its values: it begins long before the recording."""
-    return bool(_epoch(values)) or _hundred_ns(values) or _of_days(values)
-
-
 def _named_epoch(one: Said, values: Array) -> bool:
     """Return whether a channel is unix time by its name and its values, or by these alone ticks of .NET."""
-    return _hundred_ns(values) or (bool(EPOCH_WORDS.intersection(one.words)) and bool(_epoch(values)))
+    return hundred_ns(values) or (bool(EPOCH_WORDS.intersection(one.words)) and bool(epoch(values)))
 
 
 def _rounded(best: Said, names: list[Said], data: dict[str, Array]) -> Stated | None:
@@ -304,7 +278,7 @@ def _rounded(best: Said, names: list[Said], data: dict[str, Array]) -> Stated | 
     tensions = [data[s.name] for s in names if s.tension and s.name in data and len(data[s.name]) == len(clock)]
     if not any(np.mean(np.diff(v)[same] != 0) > 0.5 for v in tensions):
         return None
-    size = unit_of(best.unit)[1] if best.dimension == "time" else 86_400.0 if _of_days(clock) and np.ptp(clock) < 2 else 1.0
+    size = unit_of(best.unit)[1] if best.dimension == "time" else 86_400.0 if of_days(clock) and np.ptp(clock) < 2 else 1.0
     # ends of ticks are rounded as well: only where they do not hold the same number throughout does their mean tell more
     usual, mean = float(np.median(counts)), float(np.mean(counts))
     tick = float(np.median(np.diff(clock[starts])))

@@ -19,6 +19,7 @@ from sstl_cli.importers.guess_marks import MANY_N
 from sstl_cli.importers.guess_missing import without_code
 from sstl_cli.importers.guess_names import Said
 from sstl_cli.importers.guess_roles import SIDES, Roles
+from sstl_cli.importers.guess_runs import Groups
 from sstl_cli.importers.guess_starts import begun_apart
 from sstl_cli.importers.guess_time import MARK, TimeGuess
 from sstl_cli.importers.guess_words import QUANTITY_OF, UNIT_CELLS
@@ -77,6 +78,7 @@ class Proposal:
     runs: str = ""
     own: Mapping[str, TimeGuess] = field(default_factory=dict)
     system: str = ""
+    groups: Groups | None = None
 
 
 def written(p: Proposal) -> str:
@@ -86,7 +88,7 @@ def written(p: Proposal) -> str:
     if pattern:
         lines.append(f"file_name = '{pattern}'" + _mark(p.named.question))
     if p.runs:
-        lines.append(f"runs = '{p.runs}'")
+        lines.append(f"runs = '{p.runs}'" + _mark(p.groups.question if p.groups is not None else ""))
     files = _files(p.pair) if p.pair else ("", "")
     lines += ["", "[columns]", _with(p.time.line, files[0])]
     for target, file in zip(SIDES, files, strict=True):
@@ -102,7 +104,7 @@ def written(p: Proposal) -> str:
         lines.append(line)
     lines += _others(p)
     lines += [f"{c.target} = {json.dumps(c.column, ensure_ascii=False)}" + _mark(c.question) for c in p.labels]
-    told = {c.target for c in p.labels}
+    told = {*(c.target for c in p.labels), *(p.groups.labels if p.groups is not None else ())}
     lines += ["", "[constants]"]
     if "system" not in (*p.named.labels, *told):
         said = f"the file says {p.system} itself; " if p.system else ""

@@ -30,7 +30,9 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 # of attributes that may tell labels
-MAX_GROUPS, MAX_REMARK = 64, 200
+MAX_GROUPS, MAX_REMARK, MAX_ATTRIBUTE_DEPTH = 64, 200, 3
+# in front of an attribute's name, behind its group's
+ATTRIBUTE = "@"
 
 
 def has_signature(head: bytes) -> bool:
@@ -77,6 +79,8 @@ def list_channels(path: Path, matlab: bool) -> list[Channel]:
 
     out: list[Channel] = []
     with h5py.File(path, "r") as file:
+        if not matlab:
+            out += [Channel(name, 1, text=isinstance(value, str)) for name, value in _of_groups(file)]
         for name, dataset in walk(file, path):
             if matlab and is_char(dataset):
                 out.append(Channel(name.replace("/", "."), 1, text=True))
@@ -113,9 +117,37 @@ def read_blocks(path: Path, numbers: list[str], labels: list[str], matlab: bool)
                         continue
                     columns[full] = _cutter(dataset, rest, full in numbers, matlab, path, full)
                     lengths[full] = 1 if matlab and is_char(dataset) else rows_of(dataset, matlab)
+        for full, value in _of_groups(file) if any(ATTRIBUTE in n for n in wanted) else ():
+            if full in wanted:
+                columns[full], lengths[full] = _constant(value, full in numbers, path, full), 1
         rows = same_length(path, lengths)
         columns = {n: (c if lengths[n] > 1 or rows == 1 else _single(c)) for n, c in columns.items()}
         yield from slices(rows, columns, path.stat().st_size)
+
+
+def _of_groups(file: Any) -> Iterator[tuple[str, str | float]]:
+    """Yield the attributes of groups that hold one value, as channels of one (``run01/@bend_deg``)."""
+    import h5py
+
+    stack = [("", file, 0)]
+    count = 0
+    while stack and count < MAX_GROUPS:
+        prefix, group, depth = stack.pop()
+        count += 1
+        for key, value in group.attrs.items() if prefix else ():
+            if isinstance(value, (str, bytes, int, float, np.number)) and len(str(value)) <= MAX_REMARK:
+                plain = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+                yield f"{prefix}{ATTRIBUTE}{key}", plain if isinstance(plain, str) else float(plain)
+        for key in sorted(group.keys(), reverse=True) if depth < MAX_ATTRIBUTE_DEPTH else ():
+            if isinstance(group.get(key, getlink=True), h5py.HardLink) and isinstance(item := group[key], h5py.Group):
+                stack.append((f"{prefix}{key}/", item, depth + 1))
+
+
+def _constant(value: str | float, number: bool, path: Path, name: str) -> Callable[[int, int], Any]:
+    """Return a cutter for an attribute."""
+    if number and isinstance(value, str):
+        raise SstlError(f"'{name}' holds text, not numbers", where=str(path), fix="map another dataset", code="E328")
+    return lambda a, b: np.array([value], np.float64) if number else text_array(np.array([value]))
 
 
 def _single(cut: Callable[[int, int], Any]) -> Callable[[int, int], Any]:

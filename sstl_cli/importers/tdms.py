@@ -34,6 +34,7 @@ EXTENSIONS = (".tdms",)
 RANK = 35
 MAX_SEGMENTS = 200_000
 TIME = "@time"
+MAX_PROPERTY = 200
 _NEVER_SET = np.datetime64("1904-01-02")
 
 
@@ -56,6 +57,7 @@ def channels(path: Path, layout: Layout) -> list[Channel]:
             out.append(Channel(name, rows, unit or ("s" if own == "time" else ""), name + TIME if timed else "", text=own == "text"))
             if timed:
                 out.append(Channel(name + TIME, rows, "s"))
+        out += [Channel(name, 1, text=isinstance(value, str)) for name, value in _of_groups(file)]
         require_few(path, len(out))
         return out
 
@@ -75,6 +77,9 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
             if name + TIME in wanted:
                 columns[name + TIME] = _clock(channel, begin)
                 lengths[name + TIME] = len(channel)
+        for name, value in _of_groups(file):
+            if name in wanted:
+                columns[name], lengths[name] = _constant(value, name in numbers, path, name), 1
         rows = same_length(path, lengths)
         columns = {n: c if lengths[n] > 1 or rows == 1 else partial(_first_of, c) for n, c in columns.items()}
         yield from slices(rows, columns, path.stat().st_size)
@@ -89,6 +94,21 @@ def remarks(path: Path) -> list[str]:
         return start + [
             f"{name}: {value}" for properties in held for name, value in properties.items() if isinstance(value, (str, int, float))
         ]
+
+
+def _of_groups(file: Any) -> Iterator[tuple[str, str | float]]:
+    """Yield the properties of groups that hold one value, as channels of one (``run01/@bend_deg``)."""
+    for group in file.groups():
+        for key, value in group.properties.items():
+            if isinstance(value, (str, int, float)) and len(str(value)) <= MAX_PROPERTY:
+                yield f"{group.name}/@{key}", value if isinstance(value, str) else float(value)
+
+
+def _constant(value: str | float, number: bool, path: Path, name: str) -> Callable[[int, int], Values]:
+    """Return a cutter for a property."""
+    if number and isinstance(value, str):
+        raise SstlError(f"'{name}' holds text, not numbers", where=str(path), fix="map another channel", code="E328")
+    return lambda a, b: np.array([value], np.float64) if number else text_array(np.array([value]))
 
 
 def _first_of(cut: Callable[[int, int], Values], a: int, b: int) -> Values:

@@ -101,8 +101,8 @@ def layout_of(path: Path, wanted: Layout) -> TextLayout:
     lines, line_end, start = _first_lines(path, wanted.skip_rows)
     at = header = _end_of_labview(lines, wanted.skip_rows)
     rest = lines[at:]
-    if wanted.skip_rows == 0 and wanted.delimiter is None and (whole := is_one_value([as_text(x) for x in lines[:SAMPLE_LINES]])):
-        raise SstlError(f"holds JSON as {whole}, not as one record a line", where=str(path), fix=AS_TABLE, code="E323")
+    if wanted.skip_rows == 0 and wanted.delimiter is None and (json := is_one_value([as_text(x) for x in lines[:SAMPLE_LINES]])):
+        raise SstlError(f"holds JSON as {json}, not as one record a line", where=str(path), fix=AS_TABLE, code="E323")
     sample, data, forms = _readings(rest, wanted, path)
     delimiter = forms.delimiter if forms is not None else _NAMED.get(wanted.delimiter or "", wanted.delimiter or "") or _delimiter(data)
     by_delimiter: Cut = partial(cut, delimiter=delimiter)
