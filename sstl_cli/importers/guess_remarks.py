@@ -55,7 +55,8 @@ _PASSES = re.compile(
 _WAY_OF_COUNT = {"1": "act", "2": "sstl"}
 # of other parts of a rig, and of a wave
 _OF_ELSE = words(
-    "motor drive servo spool drum pulley capstan winch roll pitch yaw phase phasen tip gripper temp temperature hz amplitude lat lon latitude longitude"
+    "motor drive servo spool drum pulley capstan winch roll pitch yaw phase phasen tip gripper temp temperature hz amplitude lat lon latitude longitude "
+    "resolution accuracy sensitivity error drift step encoder joint rotation knob offset"
 )
 # of a line in a question
 SHOWN = 48

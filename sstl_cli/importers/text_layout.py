@@ -15,7 +15,7 @@ from sstl_cli.importers.guess_words import SIGNS
 from sstl_cli.importers.instruments import Cut, Measured, Stated, labview, oscilloscope, stated_by, step_below
 from sstl_cli.importers.rates_said import rate_said
 from sstl_cli.importers.recorders import recorder, signal_names
-from sstl_cli.importers.text_cells import MINUS, SPACES, WITHOUT_MARKS, cut, grouped_sign, is_missing, is_number
+from sstl_cli.importers.text_cells import MINUS, SPACES, WITHOUT_MARKS, cut, grouped_sign, is_missing, is_number, marks_known
 from sstl_cli.importers.text_file import opened
 from sstl_cli.importers.text_forms import NAME_OF_STAMP, Forms, forms_of, is_signed, is_united
 from sstl_cli.importers.text_grouped import grouped_forms
@@ -338,7 +338,7 @@ def _delimiter(lines: list[str]) -> str:
         if common < 2 and candidate != ",":
             continue
         cells = [c for line in lines for c in cut(line, candidate)]
-        numeric = sum(is_number(c) or is_missing(c) or grouped_sign(c) != "" or is_united(c) or is_signed(c) for c in cells) / max(
+        numeric = sum(is_number(c) or is_missing(c) or marks_known(c)[0] != "" or is_united(c) or is_signed(c) for c in cells) / max(
             len(cells), 1
         )
         score = widths.count(common) / len(widths) * (0.2 + numeric) + (0.01 if common > 1 else 0)

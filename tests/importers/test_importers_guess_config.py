@@ -10,6 +10,8 @@ import pytest
 from scipy.io import savemat
 
 from sstl_cli.importers.guess import Guess, guess
+from sstl_cli.importers.mapping import mapping_of
+from sstl_cli.steps.import_ import run
 
 N = 60
 
@@ -122,12 +124,13 @@ def test_folders_whose_names_say_both_systems_are_named(tmp_path: Path) -> None:
     assert "folders say both systems" in found.toml
 
 
-def test_bends_that_names_of_structs_tell_are_asked(tmp_path: Path) -> None:
+def test_bends_that_names_of_structs_tell_are_labels_of_their_runs(tmp_path: Path) -> None:
     path = tmp_path / "all.mat"
     clock, fin = [0.01 * i for i in range(N)], [3.0 + i % 20 for i in range(N)]
     savemat(path, {f"act_bend{bend}": {"time_s": clock, "F_in_N": fin, "F_out_N": fin[::-1]} for bend in (20, 65)})
-    asked = [q.text for q in guess([path]).questions if q.target == "config_id"]
-    assert len(asked) == 1 and "'act_bend20' and 'act_bend65'" in asked[0]
+    found = guess([path])
+    runs = run([path], mapping_of(tomllib.loads(found.toml), "m.toml")).runs
+    assert not found.questions and {(r.system, r.config_id) for r in runs} == {("act", "20"), ("act", "65")}
 
 
 def test_sides_in_mv_are_no_newtons(tmp_path: Path) -> None:

@@ -68,6 +68,15 @@ def test_a_comma_in_quotes_is_no_delimiter(tmp_path: Path) -> None:
     assert first == pytest.approx(X, abs=1e-4) and second == pytest.approx(Y, abs=1e-4)
 
 
+def test_blanks_in_whole_numbers_do_not_cut_a_table_at_tabs(tmp_path: Path) -> None:
+    columns = (grouped(v, " ", ",", 0) for v in (MS, IN, OUT))
+    path = written(tmp_path / "a.csv", "Time (ms)\tFin (mN)\tFout (mN)", *columns, by="\t")
+    [one] = run(
+        [path], mapping_of({"columns": tomllib.loads(guess([path]).toml)["columns"], "constants": {"system": "act"}}, "m.toml")
+    ).runs
+    assert one.tension_in_n == pytest.approx(X, abs=1e-3)
+
+
 def test_two_marks_of_one_kind_are_of_thousands(tmp_path: Path) -> None:
     columns = (grouped(5e6 + 1e6 * T, ",", ".", 0), grouped(X, ",", ".", 4), grouped(Y, ",", ".", 4))
     _, first, _ = read_as(written(tmp_path / "a.csv", "Time (us);Fin (N);Fout (N)", *columns))
