@@ -22,7 +22,7 @@ ROWS = 20_000
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}([.,])\d{3}")
 _SMALL = re.compile(r"[+-]?\d{1,3}")
 _MARKED = re.compile(r"[+-]?\d+([.,])\d+")
-_DECIMAL = re.compile(r".*:\d\d[.,]\d+.*|[+-]?(?:0\d*[.,]\d+|\d{4,}(?:[.,]\d*)?|\d*[.,](?:\d{0,2}|\d{4,}))(?:[eE][+-]?\d+)?")
+_DECIMAL = re.compile(r".*:\d\d[.,]\d+.*|[+-]?(?:0\d*[.,]\d+|\d{4,}[.,]\d*|\d*[.,](?:\d{0,2}|\d{4,}))(?:[eE][+-]?\d+)?")
 # of so many cells with a mark on, their three digits are no chance
 LEAST = 3
 # more than a steel tendon of 1 mm holds
@@ -41,7 +41,7 @@ def with_marks(path: Path, names: list[Said]) -> list[Said]:
     columns = _columns(path)
     shapes = {n: _shape(cells, 1 if any(map(_SMALL.fullmatch, cells)) else LEAST) for n, cells in columns.items()}
     plain = {m[1]: c for n, cells in columns.items() if not shapes[n] for c in cells if (m := _MARKED.fullmatch(c))}
-    # 0,125, 12,5 and 14:05:06,120 hold a decimal mark, and who writes 1234 sets none between thousands
+    # 0,125, 12,5, 1234,5 and 14:05:06,120 hold a decimal mark
     decimal = any(_DECIMAL.fullmatch(c) for cells in columns.values() for c in cells)
     decimal = decimal or any(_ticks(s, columns[s.name]) for s in names if shapes.get(s.name) and s.dimension == "time")
     out = []

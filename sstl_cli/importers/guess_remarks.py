@@ -30,7 +30,7 @@ _ANGLE = r"(?:°|deg\w*|grad\w*|rad)"
 # by the letter of a formula, or a word that may be of something else as well: theta = 20 deg, θ: 20°, Angle (deg): 45; with its unit
 _LETTERS = re.compile(
     r"(?:^|[#%;,/\t(])[\s\"]*(?:total|sheath|tube)?[ _]*(?:theta|θ|ϑ|phi|φ|ϕ|angle|winkel|angulo|ángulo|angolo)(?:[ _]*(?:tot(?:al)?|sheath|0))?\s*"
-    rf"(?:[(\[_ ]\s*{_ANGLE}\s*[)\]]?\"?\s*[:=;,\t]\s*{_NUMBER}|[:=]\s*{_NUMBER}\s*{_ANGLE}(?![a-z]))",
+    rf"(?:[(\[_ ]\s*{_ANGLE}\s*[)\]]?\"?\s*[:=;,\t]\s*{_NUMBER}|[:=]\s*{_NUMBER}\s*{_ANGLE}(?![a-z])|(?<=[aθϑ])\s*[:=]\s*{_NUMBER}\s*$)",
     re.IGNORECASE,
 )
 # R = 50 mm, Radius (mm): 50: of the bend, or of a spool
@@ -40,7 +40,9 @@ _RADIUS = re.compile(
     re.IGNORECASE,
 )
 # an angle without a word for what it is of
-_BARE = re.compile(r"(?<![\w.,+-])(\d+(?:[.,]\d+)?)[ ]?(?:°(?!\s*[CFKNSEW])|deg(?:ree)?s?\b(?!\s*[CFKNSEW/]))", re.IGNORECASE)
+_BARE = re.compile(
+    r"(?<![\w.,+-])(\d+(?:[.,]\d+)?)[ ]?(?:°(?!\s*(?:[CFKNSEW]\b|/))|deg(?:ree)?s?\b(?!\s*(?:[CFKNSEW]\b|/)))", re.IGNORECASE
+)
 # as people speak of it: 20 deg bend, sheath bent by 20 deg, act_bend20
 _SPOKEN = re.compile(
     r"(?<![\w.,])(\d+(?:[.,]\d+)?)[ _]?(?:°|deg\w*|mm)?[ _]be(?:nd|nt)\b|(?:^|[\W_])(?:bend|bent)(?:\d+\W+)?[ _=:-]*(?:by|of|at|to)?[ _=:-]*(\d+(?:[.,]\d+)?)",

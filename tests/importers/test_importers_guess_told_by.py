@@ -51,6 +51,8 @@ def proposed(found: Guess, target: str) -> object:
         ("# Angle: 45 deg", "45"),
         ("# Bending: none", "none"),
         ("# double pass, 30 deg", "30"),
+        ("# 30 deg sstl", "30"),
+        ("# theta: 20", "20"),
         # of something else
         ("# Motor angle: 20 deg", ""),
         ("# phase 90 deg", ""),
