@@ -14,6 +14,7 @@ from sstl_cli.importers.guess_starts import starts_said
 from sstl_cli.importers.guess_words import words
 
 PASSES = words("pass passes")
+LONGEST = 1_000
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,8 @@ def told_beside(
     if not table:
         lines += dict.fromkeys(parts[0] for c in found if len(parts := re.split("[./]", c.name)) > 1)
     lines += [f"{re.split('[./]', n)[-1]}: {t}" for n in single for t in texts(n)]
+    # who tells a bend needs no more, and a pattern takes its time with a line of blanks
+    lines = [x[:LONGEST] for x in lines]
     held = [*lines, *(_throughout([c for c in found if c.name not in told], texts) if table else ())]
     return Beside(system_said(held, [c.name for c in found]), both_said(held), bend_said(held), starts_said(lines))
 

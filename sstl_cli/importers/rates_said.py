@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from sstl_cli.core.units import unit_of
 from sstl_cli.importers.guess_words import UNIT_WORDS, unaccented
 
+# of a line, as a pattern takes its time with blanks
+LONGEST = 1_000
 _NUMBER = r"\"?(\d+(?:[.,]\d+)*(?:e[-+]?\d+)?)\"?"
 _TO = r"\s*[=:,;\t]\W*"
 _SAMPLED = (
@@ -47,7 +49,7 @@ def rate_said(lines: Sequence[str]) -> float:
     >>> [rate_said([x]) for x in ("sine of 0.5 Hz", "FS 500 N", "Sampling rate: 1,000 Hz", "Update rate: 60 Hz")]
     [nan, nan, nan, nan]
     """
-    steps = {step for line in lines for step in _steps(unaccented(line.replace("µ", "u").replace("μ", "u")).lower())}
+    steps = {step for line in lines for step in _steps(unaccented(line[:LONGEST].replace("µ", "u").replace("μ", "u")).lower())}
     step = steps.pop() if len(steps) == 1 else math.nan
     return step if step > 0.0 else math.nan
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from sstl_cli.importers.instruments import Stated
+from sstl_cli.importers.rates_said import LONGEST
 from sstl_cli.importers.text_cells import is_number
 
 Cut = Callable[[str], list[str]]
@@ -65,7 +66,7 @@ def waveform_names(sample: list[str], cut: Cut) -> Stated | None:
 
 
 def _row(line: str, cut: Cut) -> list[str]:
-    spoken = _SPOKEN.fullmatch(line)
+    spoken = _SPOKEN.fullmatch(line) if len(line) <= LONGEST else None
     if spoken and (_STEP.fullmatch(spoken[1]) or _START.fullmatch(spoken[1])):
         return [spoken[1], spoken[2].strip()]
     return cut(line.lstrip("#%/ ")) or [""]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import tomllib
 from pathlib import Path
 
@@ -121,3 +122,10 @@ def test_a_word_that_stands_throughout_a_column_tells_the_bend(tmp_path: Path) -
 def test_passes_that_change_within_a_file_are_asked(tmp_path: Path) -> None:
     found = with_column(tmp_path, "passes", "1", "2")
     assert "both act and sstl" in next(q.text for q in found.questions if q.target == "system")
+
+
+@pytest.mark.parametrize("filled", [" ", "-", "bend ", "\t", '"', "1 "])
+def test_a_long_line_above_the_table_takes_no_time(filled: str, tmp_path: Path) -> None:
+    before = time.perf_counter()
+    with_line(tmp_path, "# rig 1\n#" + filled * (500_000 // len(filled)))
+    assert time.perf_counter() - before < 10.0
