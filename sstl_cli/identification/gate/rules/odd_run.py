@@ -50,6 +50,8 @@ SMOOTHED = "it was probably smoothed or interpolated, or is no measurement"
 RESENSED = "the sensor was probably changed or the file is from another rig"
 # of the logarithm: noise below that of all other runs by which no other sensor of such a rig is the better one
 QUIET = math.log(5.0)
+# steps of the converter below which second differences are a few levels, and the noise of one sensor looks like another one from run to run
+STEPS = 3.0
 # noise below this part of the span is that of the arithmetic
 ROUNDING = 1e-9
 # noise of rounded numbers over that of the sensor in the other runs: a converter may hide it as well, but not so far below
@@ -115,7 +117,7 @@ def _computed(log: Sequence[Evidence], i: int) -> Iterator[Remark]:
     """Yield runs whose values are smooth down to the rounding of their numbers, where the sensor shows its noise in all others."""
     runs = [e for e in log if e.usable and e.both_tensions and not e.sensors[i].held and e.hums[i] is None]
     hit = [e for e in runs if e.sensors[i].computed]
-    rest = [e for e in runs if math.isfinite(_noise_of(e, i)) and e.sensors[i].fine]
+    rest = [e for e in runs if _shows(e, i) and e.sensors[i].fine]
     if not hit or len(rest) < max(FEW - 1, 2 * len(hit)) or not {e.system for e in hit} <= {e.system for e in rest}:
         return
     least = min(e.sensors[i].noise_n for e in rest)
@@ -209,10 +211,15 @@ def _by_law(e: Evidence, i: int) -> bool:
 
 
 def _noise_of(e: Evidence, i: int) -> float:
-    """Return the logarithm of a channel's noise, NaN where it does not show; that of a program's numbers is the movement."""
+    """Return the logarithm of a channel's noise, NaN where it does not show, or not to be compared with that of other runs."""
     s = e.sensors[i]
-    shows = s.noise_n > ROUNDING * e.ranges[i].span and s.step_n < s.noise_n and not s.held and e.hums[i] is None and not s.computed
-    return math.log(s.noise_n) if shows else math.nan
+    return math.log(s.noise_n) if _shows(e, i) and s.noise_n > STEPS * s.step_n else math.nan
+
+
+def _shows(e: Evidence, i: int) -> bool:
+    """Whether a channel's noise shows; that of a program's numbers is the movement."""
+    s = e.sensors[i]
+    return s.noise_n > ROUNDING * e.ranges[i].span and s.step_n < s.noise_n and not s.held and e.hums[i] is None and not s.computed
 
 
 @dataclass(frozen=True)
