@@ -1,6 +1,8 @@
 """One run whose friction fits another configuration: every one is tried for every run, and the one that makes all runs agree is told.
 
 ``passes`` and ``labels`` compare slopes. Here friction is that of the law which leaves least, known to some percent only, so that no small difference counts.
+Runs that are only pulled show one slope, of friction and gain together; the gain is that of the sensors in all runs of a system, and whatever the law, what is
+passed on of the highest input is then a measure of the bend.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.movement import WAY
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.two_rigs import second_rig
 
@@ -25,6 +28,9 @@ SURE = 0.4
 LEAST = 0.1
 # runs that must tell their friction
 FEW = 4
+# what is passed on of the highest input (logarithm): how far a run must be from those of its label, in it and in the scatter of all others; within how much of
+# that scatter it must be of another label, and other bends of several runs that must tell the scatter
+PULLED, SCATTERS, WITHIN, BENDS = 0.1, 3.5, 2.0, 2
 
 
 @dataclass(frozen=True)
@@ -49,10 +55,18 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             places.setdefault((e.location, e.tendon), []).append(_Told(e, math.log(e.wrap_about), e.config_id, e.system))
     if second_rig(log)[0]:
         return
+    named: set[str] = set()
     for told in places.values():
         # what all agree on needs no other label
-        if len(told) >= FEW and _apart(told) > ODD:
-            yield from _relabelled(told)
+        said = list(_relabelled(told)) if len(told) >= FEW and _apart(told) > ODD else []
+        yield from said
+        named |= {r.run_ids[0] for r in said}
+    pulled: dict[object, list[Evidence]] = {}
+    for e in log:
+        if e.config_id is not None and e.tendon_like and e.wide and min(r.high for r in e.ranges) > 0.0:
+            pulled.setdefault((e.location, e.tendon, e.system), []).append(e)
+    for runs in pulled.values():
+        yield from (r for r in _pulled(runs) if r.run_ids[0] not in named)
 
 
 def _sure(e: Evidence) -> bool:
@@ -93,6 +107,42 @@ def _relabelled(told: list[_Told]) -> Iterator[Remark]:
         f"that label tell; as configuration {' or '.join(labels)} it agrees with all others, so that the label of its configuration is probably wrong",
         "file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id",
     )  # fmt: skip
+
+
+def _pulled(runs: list[Evidence]) -> Iterator[Remark]:
+    """Yield the one run of a system that is only pulled and passes on as much as another configuration does, where all others agree with their own."""
+    hit = []
+    for e in runs:
+        if not min(e.both_ways) < WAY:
+            continue
+        bends: dict[str, list[float]] = {}
+        for o in runs:
+            if o is not e:
+                bends.setdefault(str(o.config_id), []).append(_passed(o))
+        repeated = [float(np.ptp(v)) for v in bends.values() if len(v) > 1]
+        if str(e.config_id) not in bends or len(repeated) < BENDS:
+            continue
+        scatter = max(repeated)
+        off = {k: abs(_passed(e) - float(np.median(v))) for k, v in bends.items()}
+        own = off.pop(str(e.config_id))
+        near = [k for k, v in off.items() if v < max(WITHIN * scatter, PULLED / SCATTERS)]
+        if own > max(PULLED, SCATTERS * scatter) and near:
+            hit.append((e, near, float(np.median(bends[str(e.config_id)]))))
+    if len(hit) == 1:
+        e, near, level = hit[0]
+        apart = abs(_passed(e) - level)
+        yield Remark(
+            (e.run_id,), RULE, "remark", 100.0 * math.expm1(apart), "%",
+            f"{names([e.run_id])}: labelled configuration {e.config_id}, but {math.exp(_passed(e)):.3g} of its highest input is passed on, where the other {e.system} runs of that "
+            f"label pass on {math.exp(level):.3g}, and as much as in those of {' or '.join(near)}; the label of its configuration is probably wrong (or, as the run is only pulled, the output "
+            "had another gain)",
+            "file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id",
+        )  # fmt: skip
+
+
+def _passed(e: Evidence) -> float:
+    """Return the logarithm of the highest output over the highest input: at the end of a pull every law of friction slides."""
+    return math.log(e.ranges[1].high / e.ranges[0].high)
 
 
 def _double(told: Sequence[_Told], but: _Told | None = None) -> float:
