@@ -53,3 +53,18 @@ def test_pulls_that_wear_as_much_as_bends_differ_by_tell_no_label():
 def test_a_run_that_passes_on_as_no_other_bend_does_has_no_label_of_one():
     runs = [replace(r, tension_out_n=0.9 * r.tension_out_n) if r.run_id == "act-b020-1" else r for r in log()]
     assert "relabelled" not in {rule for rule, _ in said(runs)}
+
+
+def test_a_position_beside_runs_that_are_only_pulled_is_not_taken_for_their_output():
+    """The output creeps as it is pulled, so that friction does not explain it; along one line friction explains whatever rises with its input."""
+    runs = []
+    for k, r in enumerate(log()):
+        x = r.tension_in_n
+        slid = 0.12 * np.sin(0.9 * r.time_s + k) * (x - x.min()) / np.ptp(x)
+        position = 0.7 * x + 0.01 * np.random.default_rng(500 + k).standard_normal(len(x))
+        runs.append(replace(r, tension_out_n=r.tension_out_n * (1.0 + slid), position_in_mm=position))
+    evidence = [gate.evidence_of(r) for r in runs]
+    # with the position as the output friction leaves next to nothing of most of them
+    tempting = [e for e in evidence if e.instead[1].rms_n < 0.3 * e.causes.friction.rms_n / e.ranges[1].span]
+    assert 2 * len(tempting) > len(runs)
+    assert "columns" not in {r.rule for r in gate.judge(evidence)}

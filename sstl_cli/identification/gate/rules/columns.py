@@ -26,9 +26,11 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         e for e in log if e.usable and math.isfinite(max(v.rms_n for v in e.instead)) and not any(POSITION in pair for pair in e.copies)
     ]
     for i in (0, 1):
-        hit = [e for e in known if _exchanged(e, i)]
         # one table has one order of columns
-        if 2 * len(hit) <= len(known) or any(e.causes.enough for e in known):
+        if any(e.causes.enough and e.comes_back and e.propagates_back for e in log if e.usable):
+            continue
+        hit = [e for e in known if _goes_back(e, i) and _exchanged(e, i)]
+        if 2 * len(hit) <= len(known):
             continue
         # a unit explains a tension of another scale as well, unless the bends rub in the one column alone
         if not (all(_scaled_n(e) > e.instead[i].rms_n * e.ranges[1].span for e in hit) or (i == 1 and _rubs(hit))):
@@ -41,6 +43,12 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             f"it does not; the position is probably in the column of the {WORDS[i]}, and the {WORDS[i]} in that of the position",
             f"{CHANNELS[i]} = {{ column = (that of {POSITION}) }}; {POSITION} = {{ column = (that of {CHANNELS[i]}) }}",
         )  # fmt: skip
+
+
+def _goes_back(e: Evidence, i: int) -> bool:
+    """Whether what would be input and output then go both ways: anything that rises with an input that is only pulled does so along one line of friction."""
+    # the column of the output holds the position where that of the position holds the output
+    return e.comes_back and (i == 0 or e.propagates_back)
 
 
 def _exchanged(e: Evidence, i: int) -> bool:

@@ -30,6 +30,8 @@ BETWEEN, SINGLE = 0.8, 0.35
 DOUBLE = 1.26
 # part of the input's span by which the same range may differ, and noises that an output must go over to be compared
 SAME_RANGE, SHOWS = 0.1, 40.0
+# part of what the bends of both systems differ by as labelled that may be left of it in the order of their friction, which shuffled labels of bends keep
+ORDERED = 0.2
 # part of the log's widest movement over which a run must go for the size of its friction to count
 WIDE = 0.5
 
@@ -48,7 +50,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     paired = len({e.system for e in known}) == 2
     pairs = [b for b in bends.values() if paired and len(b) > 1 and b[0].config_id is not None]
     wrong = [] if second_rig(log)[0] else [e for bend in pairs for e in _wrong(bend, known)]
-    wrong = _everywhere(wrong, log)
+    wrong = [] if _bends_shuffled(pairs) else _everywhere(wrong, log)
     yield from _told(wrong, "failure", "beside the other runs of the same bend", _shuffled(wrong, pairs), known)
     if paired and not wrong and not second_rig(log)[0]:
         about = list(_about(log, known))
@@ -75,7 +77,8 @@ def _about(log: Sequence[Evidence], known: list[Evidence]) -> Iterator[Remark]:
         away = max(abs(math.log(e.wrap_about / v)) for v in other) < math.log(NEAR_PASS) and min(
             abs(math.log(e.wrap_about / v)) for v in own
         ) > math.log(TWICE)
-        if away:
+        # presliding of one movement may look like friction of another one
+        if away and not _allowed(e, bend):
             hit.append(e)
     if len(hit) == 1:
         yield from _told(hit, "remark", "beside the other runs of the same bend")
@@ -165,8 +168,9 @@ def _wrong(bend: list[Evidence], known: list[Evidence]) -> list[Evidence]:
         others = [per[o.run_id] for o in bend if o is not e and o.tendon in (e.tendon, None)]
         if not others:
             continue
-        ratio = per[e.run_id] / float(np.median(others))
-        odd = TWICE < ratio < MOST if e.system == "act" else 1.0 / MOST < ratio < 1.0 / TWICE
+        # friction of one movement is not that of another one: where the same one was recorded it must say so as well
+        same = [per[o.run_id] for o in bend if o is not e and o.tendon in (e.tendon, None) and o.trajectory == e.trajectory is not None]
+        odd = all(_another_pass(e, per[e.run_id] / float(np.median(v))) for v in (others, same) if v)
         if odd and not _allowed(e, [o for o in bend if o is not e and o.tendon in (e.tendon, None)]):
             doubtful.append(e)
     if len({e.system for e in doubtful}) < 2:
@@ -180,6 +184,30 @@ def _wrong(bend: list[Evidence], known: list[Evidence]) -> list[Evidence]:
     between = float(np.sqrt(single * double)) if single < double / TWICE else BETWEEN
     size = float(np.median([e.wrap for e in doubtful]))
     return [e for e in doubtful if e.system == ("sstl" if size < between else "act")]
+
+
+def _another_pass(e: Evidence, ratio: float) -> bool:
+    """Whether friction per pass, over that of other runs, is that of a run of the other system."""
+    return TWICE < ratio < MOST if e.system == "act" else 1.0 / MOST < ratio < 1.0 / TWICE
+
+
+def _bends_shuffled(pairs: list[list[Evidence]]) -> bool:
+    """Whether both systems hold the same bends, in another order: friction of the loops is then that of the other labels of bends, and no system has the label of the other one.
+
+    Of runs in order of their friction the one system rubs by one factor more than the other, and not so of bends by their labels.
+    """
+    bends = [{s: [e.wrap for e in bend if e.system == s] for s in ("act", "sstl")} for bend in pairs]
+    bends = [b for b in bends if b["act"] and b["sstl"]]
+    single, double = (np.sort(np.concatenate([b[s] for b in bends])) if bends else np.empty(0) for s in ("act", "sstl"))
+    if len(bends) < 2 or len(single) != len(double):
+        single, double = (np.sort([float(np.median(b[s])) for b in bends]) for s in ("act", "sstl"))
+    if len(single) < 2:
+        return False
+    ordered, labelled = np.log(double / single), [math.log(np.median(b["sstl"]) / np.median(b["act"])) for b in bends]
+    # two passes rub as much as twice one, with a pulley up to 1.7 times more or less
+    twice = abs(float(np.median(ordered)) - math.log(2.0)) < math.log(TWICE)
+    apart = float(np.ptp(labelled))
+    return twice and apart > math.log(TWICE) and float(np.ptp(ordered)) < max(math.log(NEAR_PASS), ORDERED * apart)
 
 
 def _allowed(e: Evidence, others: list[Evidence]) -> bool:

@@ -11,6 +11,7 @@ from sstl_cli.core.units import UNITS
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.movement import unlike
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.repeated import copied_of
 
 RULE, RANK = "position", 80
 # rigs of 0.1 to 100 N/mm are known; EA of 10 kN over 2 m is 5 N/mm
@@ -47,6 +48,9 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             "a line that is pulled grows longer; the position probably counts the wrong way, or is that of the other end",
             "position_in_mm = { column = ..., sign = -1 }",
         )  # fmt: skip
+    copied = list(copied_of(moved))
+    yield from copied
+    moved = [e for e in moved if not any(e.run_id in r.run_ids for r in copied)]
     foreign = list(_foreign(moved))
     yield from foreign
     moved = [e for e in moved if not any(e.run_id in r.run_ids for r in foreign)]
