@@ -155,6 +155,20 @@ def test_an_overflow_names_its_channel_and_a_dropout_is_none():
     assert "overflow" not in rules(changed(dropping, "act-b020"))
 
 
+def test_a_run_whose_jumps_do_not_tell_wraps_where_its_sensor_does_in_another_run():
+    wrapped, hidden, *rest = [gate.evidence_of(r) for r in changed(overflowing, "act-b020", "act-b080") if r.system == "act"][::2]
+    assert not rest and np.isfinite(hidden.shapes.wrap_n[1])
+    # both read from one end to the other of one range, and what is known of the second one is that no friction explains it
+    silent = replace(hidden, extremes=wrapped.extremes, shapes=replace(hidden.shapes, wrap_n=(np.nan, np.nan)))
+    others = [gate.evidence_of(r) for r in rig() if r.system == "sstl"]
+    told = {r.rule: r.run_ids for r in gate.judge([wrapped, silent, *others])}
+    assert told["overflow"] == ("act-b020", "act-b080") and "unrelated" not in told
+    # one that friction explains has that range of its own
+    sound = replace(gate.evidence_of(rig()[4]), extremes=wrapped.extremes)
+    assert sound.run_id == "act-b080"
+    assert {r.rule: r.run_ids for r in gate.judge([wrapped, sound, *others])}["overflow"] == ("act-b020",)
+
+
 def found(t, x, y):
     return {f.what for f in samples.findings(samples.Piece("r", {"time_s": t, "tension_in_n": x, "tension_out_n": y}))}
 
