@@ -36,6 +36,15 @@ def test_a_part_of_the_output_in_the_input_adds_to_the_noise_of_one_channel():
     assert said(log, "crosstalk") == [("act-b050",)]
 
 
+def test_what_few_samples_share_by_chance_is_no_crosstalk():
+    by_chance = 4.0 * 1.39 / np.sqrt(300.0)
+    log = [replace(gate.evidence_of(r), noise_correlation=0.02, samples=300) for r in rig()]
+    odd = [replace(e, noise_correlation=by_chance) if k == 2 else e for k, e in enumerate(log)]
+    assert by_chance > 0.3 and "crosstalk" not in {r.rule for r in gate.judge(odd)}
+    # with as many as show shared noise at all it is
+    assert "crosstalk" in {r.rule for r in gate.judge([replace(e, samples=3000) for e in odd])}
+
+
 def converted(louder: float) -> list[Run]:
     """Return act runs of three bends in two movements behind a converter, with noise of 1.4 of its steps, in one run of ``louder`` times as much."""
     log = []

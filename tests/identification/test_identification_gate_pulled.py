@@ -11,6 +11,7 @@ from identification_slips import BENDS, lines
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
+from sstl_cli.identification.gate.bounds import bounds
 
 
 def pulled(name: str, wrap: float, system: str, seed: int, gain: float) -> Run:
@@ -68,3 +69,32 @@ def test_a_position_beside_runs_that_are_only_pulled_is_not_taken_for_their_outp
     tempting = [e for e in evidence if e.instead[1].rms_n < 0.3 * e.causes.friction.rms_n / e.ranges[1].span]
     assert 2 * len(tempting) > len(runs)
     assert "columns" not in {r.rule for r in gate.judge(evidence)}
+
+
+@pytest.mark.parametrize("gain", [1.0, 0.95, 1.05])
+@pytest.mark.parametrize(("which", "label"), [("act-b050-0", "b020"), ("sstl-b020-0", "b080")])
+def test_one_label_is_told_where_every_bend_is_pulled_once_in_both_systems(which, label, gain):
+    once = [r for r in log(gain) if r.run_id.endswith("-0")]
+    assert said(once) == []
+    assert said([replace(r, config_id=label) if r.run_id == which else r for r in once]) == [("relabelled", (which,))]
+    # in one system alone it is as likely the other run of that label
+    alone = [r for r in once if r.system == which.split("-")[0]]
+    assert "relabelled" not in {rule for rule, _ in said([replace(r, config_id=label) if r.run_id == which else r for r in alone])}
+
+
+def test_one_pass_that_passes_on_what_two_of_another_bend_do_may_have_the_label_of_its_system_wrong():
+    runs = [replace(r, system="sstl") if r.run_id == "act-b050-1" else r for r in log()]
+    (told,) = gate.remarks(runs)
+    assert told.run_ids == ("act-b050-1",) and "of its configuration or of its system" in told.sentence
+
+
+def creeping(runs: list[Run]) -> list[Run]:
+    """Return runs whose friction gives way as they go on, by parts of their own."""
+    return [replace(r, tension_out_n=r.tension_out_n * (1.0 + 0.04 * (k % 3) * r.time_s / r.time_s[-1])) for k, r in enumerate(runs)]
+
+
+def test_what_a_pull_passes_on_is_its_friction_however_laws_explain_it():
+    for r in creeping(log()):
+        e = gate.evidence_of(r)
+        low, high = bounds(e)
+        assert e.one_way and low <= -e.passed <= high

@@ -16,8 +16,11 @@ Bounds = tuple[float, float]
 
 
 def bounds(e: Evidence) -> Bounds:
-    """Return the least and the largest n theta of a run; of one that never leaves its backlash only the least is known."""
-    told = [v for v in (*e.wraps, e.slopes.friction if e.slopes.known else math.nan) if v > RUBS]
+    """Return the least and the largest n theta of a run; of one that never leaves its backlash only the least is known.
+
+    Of a run that shows one line laws, gains and zeros are that line, and what it passes on is its friction as well.
+    """
+    told = [v for v in (*e.wraps, e.slopes.friction if e.slopes.known else math.nan, -e.passed if e.one_way else math.nan) if v > RUBS]
     if not told:
         return math.nan, math.nan
     a = e.ranges[0]

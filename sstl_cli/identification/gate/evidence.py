@@ -255,6 +255,17 @@ class Evidence:
         """Whether the input goes over most of its way both ways: what one direction takes shows beside the other one only."""
         return self.both_ways[0] >= WAY
 
+    @property
+    def one_way(self) -> bool:
+        """Whether a run is only pulled, or its output goes one way: then it shows one line."""
+        return not (self.comes_back and self.propagates_back)
+
+    @property
+    def passed(self) -> float:
+        """Return the logarithm of the highest output over the highest input, NaN where one is no tension: at the end of a pull every law of friction slides."""
+        a, b = self.ranges
+        return math.log(b.high / a.high) if min(a.high, b.high) > 0.0 else math.nan
+
     def but_noise(self, i: int) -> bool:
         """Whether a channel (0 input, 1 output) shows no movement behind its noise: then it has no loops and no level of its own."""
         return self.roughness[i] > MOVES

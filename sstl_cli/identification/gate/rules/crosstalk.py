@@ -8,12 +8,15 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.noises import ENOUGH
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.units import CHANNELS
 
 RULE, RANK = "crosstalk", 84
 # correlation of the noises of both channels where one holds a part of the other, most where none does, and fewest runs that show none
 SHARED, OWN, FEWEST = 0.2, 0.1, 3
+# standard errors that a correlation must be beyond chance; those of second differences of white noise, whose neighbours go against each other, are 1.39 over the root of their number
+ERRORS, ERROR = 5.0, 1.39
 # logarithm by which a noise differs from run to run by chance: some 1500 samples tell it to 2 %
 CHANCE = 0.05
 
@@ -21,7 +24,7 @@ CHANCE = 0.05
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose channels share a part of their noise, where those of the other runs share none."""
     known = [e for e in log if e.tendon_like and all(s.white and not s.held for s in e.sensors) and e.hums == (None, None)]
-    rest = [e for e in known if not abs(e.noise_correlation) > SHARED]
+    rest = [e for e in known if not abs(e.noise_correlation) > max(SHARED, ERRORS * ERROR / math.sqrt(min(e.samples, ENOUGH)))]
     # amplifiers on one supply share a noise in all runs of their system: there is no run that tells what each has of its own
     hit = [e for e in known if e not in rest and any(o.system == e.system for o in rest)]
     hit = [e for e in hit if not _supplied(e, [o for o in rest if o.system == e.system])]

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sstl_cli.identification.gate.evidence import Evidence
-from sstl_cli.identification.gate.movement import WAY
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.two_rigs import second_rig
 
@@ -31,6 +30,8 @@ FEW = 4
 # what is passed on of the highest input (logarithm): how far a run must be from those of its label, in it and in the scatter of all others; within how much of
 # that scatter it must be of another label, and other bends of several runs that must tell the scatter
 PULLED, SCATTERS, WITHIN, BENDS = 0.1, 3.5, 2.0, 2
+# as ODD and FITS of n theta by what is passed on, which no law is needed for: gains of sensors, and a pulley, keep it from being known better
+PULLED_ODD, PULLED_FITS = 0.35, 0.15
 
 
 @dataclass(frozen=True)
@@ -61,12 +62,22 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         said = list(_relabelled(told)) if len(told) >= FEW and _apart(told) > ODD else []
         yield from said
         named |= {r.run_ids[0] for r in said}
-    pulled: dict[object, list[Evidence]] = {}
+    yield from (r for r in _by_pulls(log) if r.run_ids[0] not in named)
+
+
+def _by_pulls(log: Sequence[Evidence]) -> Iterator[Remark]:
+    """Yield the run of a place that passes on what another configuration does: beside others of its system, or where each bend is pulled once in both."""
+    places: dict[object, dict[str, list[Evidence]]] = {}
     for e in log:
-        if e.config_id is not None and e.tendon_like and e.wide and min(r.high for r in e.ranges) > 0.0:
-            pulled.setdefault((e.location, e.tendon, e.system), []).append(e)
-    for runs in pulled.values():
-        yield from (r for r in _pulled(runs) if r.run_ids[0] not in named)
+        if e.config_id is not None and e.tendon_like and e.wide and math.isfinite(e.passed):
+            places.setdefault((e.location, e.tendon), {}).setdefault(e.system, []).append(e)
+    for systems in places.values():
+        every = [e for runs in systems.values() for e in runs]
+        said = [r for runs in systems.values() for r in _pulled(runs, every)]
+        if not said and all(e.one_way for e in every):
+            told = [_Told(e, math.log(-e.passed), str(e.config_id), e.system) for e in every if -e.passed > LEAST]
+            said = list(_relabelled(told, PULLED_FITS)) if len(told) >= FEW and _apart(told) > PULLED_ODD else []
+        yield from said
 
 
 def _sure(e: Evidence) -> bool:
@@ -75,8 +86,8 @@ def _sure(e: Evidence) -> bool:
     return best.wrap > 0.0 and abs(math.log(best.wrap / e.wrap_about)) < SURE
 
 
-def _relabelled(told: list[_Told]) -> Iterator[Remark]:
-    """Yield the one run whose other label makes all runs agree."""
+def _relabelled(told: list[_Told], within: float = FITS) -> Iterator[Remark]:
+    """Yield the one run whose other label makes all runs agree, within so much of the logarithm."""
     configs = sorted({t.config for t in told})
     fits: list[tuple[_Told, _Told]] = []
     for t in told:
@@ -84,7 +95,7 @@ def _relabelled(told: list[_Told]) -> Iterator[Remark]:
         # friction that is known to a factor does not tell one pass from two
         others = [replace(t, config=c) for c in configs if c != t.config]
         # a run that is alone with its new label agrees with nothing
-        fits += [(t, o) for o in others if any(r.config == o.config for r in rest) and _apart([*rest, o]) < FITS]
+        fits += [(t, o) for o in others if any(r.config == o.config for r in rest) and _apart([*rest, o]) < within]
     if not fits:
         return
     # of several labels that fit the likelier one leaves no cell of the series twice
@@ -109,40 +120,38 @@ def _relabelled(told: list[_Told]) -> Iterator[Remark]:
     )  # fmt: skip
 
 
-def _pulled(runs: list[Evidence]) -> Iterator[Remark]:
+def _pulled(runs: list[Evidence], every: list[Evidence]) -> Iterator[Remark]:
     """Yield the one run of a system that is only pulled and passes on as much as another configuration does, where all others agree with their own."""
     hit = []
     for e in runs:
-        if not min(e.both_ways) < WAY:
+        if not e.one_way:
             continue
         bends: dict[str, list[float]] = {}
         for o in runs:
             if o is not e:
-                bends.setdefault(str(o.config_id), []).append(_passed(o))
+                bends.setdefault(str(o.config_id), []).append(o.passed)
         repeated = [float(np.ptp(v)) for v in bends.values() if len(v) > 1]
         if str(e.config_id) not in bends or len(repeated) < BENDS:
             continue
         scatter = max(repeated)
-        off = {k: abs(_passed(e) - float(np.median(v))) for k, v in bends.items()}
+        off = {k: abs(e.passed - float(np.median(v))) for k, v in bends.items()}
         own = off.pop(str(e.config_id))
-        near = [k for k, v in off.items() if v < max(WITHIN * scatter, PULLED / SCATTERS)]
+        fits = max(WITHIN * scatter, PULLED / SCATTERS)
+        near = [k for k, v in off.items() if v < fits]
         if own > max(PULLED, SCATTERS * scatter) and near:
-            hit.append((e, near, float(np.median(bends[str(e.config_id)]))))
+            hit.append((e, near, fits, float(np.median(bends[str(e.config_id)]))))
     if len(hit) == 1:
-        e, near, level = hit[0]
-        apart = abs(_passed(e) - level)
+        e, near, fits, level = hit[0]
+        apart = abs(e.passed - level)
+        # one pass of a bend may pass on what two of another one do
+        system = any(o.system != e.system and o.config_id == e.config_id and abs(o.passed - e.passed) < fits for o in every)
         yield Remark(
             (e.run_id,), RULE, "remark", 100.0 * math.expm1(apart), "%",
-            f"{names([e.run_id])}: labelled configuration {e.config_id}, but {math.exp(_passed(e)):.3g} of its highest input is passed on, where the other {e.system} runs of that "
-            f"label pass on {math.exp(level):.3g}, and as much as in those of {' or '.join(near)}; the label of its configuration is probably wrong (or, as the run is only pulled, the output "
+            f"{names([e.run_id])}: labelled configuration {e.config_id}, but {math.exp(e.passed):.3g} of its highest input is passed on, where the other {e.system} runs of that "
+            f"label pass on {math.exp(level):.3g}, and as much as in those of {' or '.join(near)}; the label of its configuration{' or of its system' if system else ''} is probably wrong (or, as the run is only pulled, the output "
             "had another gain)",
             "file_name = '(pattern that reads config_id from the name)', or a manifest with the right config_id",
         )  # fmt: skip
-
-
-def _passed(e: Evidence) -> float:
-    """Return the logarithm of the highest output over the highest input: at the end of a pull every law of friction slides."""
-    return math.log(e.ranges[1].high / e.ranges[0].high)
 
 
 def _double(told: Sequence[_Told], but: _Told | None = None) -> float:
