@@ -42,6 +42,22 @@ def test_the_position_of_another_movement_is_told_of_the_run_that_has_it():
     assert said(given(log(), "b050-7", "b020-8")) == [("position", ("b050-7",))]
 
 
+def stretched(r: Run, position: np.ndarray) -> Run:
+    """Return a run beside which a position of other length was put, row by row of its own clock."""
+    part = position[: len(position) * 7 // 10]
+    return replace(r, position_in_mm=np.interp(np.linspace(0.0, 1.0, len(r)), np.linspace(0.0, 1.0, len(part)), part))
+
+
+def test_a_position_that_has_nothing_of_its_input_is_told_where_that_of_every_other_run_has():
+    runs = log()
+    other = next(r.position_in_mm for r in runs if r.run_id == "b020-8")
+    assert other is not None
+    assert said([stretched(r, other) if r.run_id == "b050-7" else r for r in runs]) == [("position", ("b050-7",))]
+    # beside an input of another recording it is that which is told
+    foreign = [replace(r, tension_in_n=r.tension_in_n[::-1].copy()) if r.run_id == "b050-7" else r for r in runs]
+    assert "position" not in {rule for rule, _ in said(foreign)}
+
+
 @pytest.mark.parametrize(("to", "of"), [("b020-7", "b050-7"), ("b080-8", "b020-8")])
 def test_the_position_of_another_bend_is_told_of_the_two_runs(to, of):
     ((rule, ids),) = said(given(log(), to, of))

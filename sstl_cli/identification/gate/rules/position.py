@@ -12,6 +12,7 @@ from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.movement import unlike
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.repeated import copied_of
+from sstl_cli.identification.gate.rules.unrelated import NOTHING, unexplained
 
 RULE, RANK = "position", 80
 # rigs of 0.1 to 100 N/mm are known; EA of 10 kN over 2 m is 5 N/mm
@@ -25,6 +26,8 @@ NEAR = 0.5 * min(abs(a - b) for a in (0.0, *LENGTHS.values()) for b in LENGTHS.v
 FEW = 3
 # how many times more of a position must be left by its own input than by that of another run, and by the one of the other
 ANOTHERS = 2.0
+# what an input leaves of a position from which on the two have nothing in common; friction, backlash and creep of a line leave half of it at the most
+NOTHING_ALIKE = 0.7
 # logarithm of what the stiffness of one rig varies by from run to run
 ONE_RIG = 0.2
 # time (s) and part of the range of tension for which a position stands still, where a tendon relaxes by less than that in a hold
@@ -130,13 +133,19 @@ def _foreign(moved: Sequence[Evidence]) -> Iterator[Remark]:
         return
     # a run that moves as its own does fits it as well, and tells nothing
     apart = unlike(worst.movement, other.movement)
+    said = f"{names([worst.run_id])}: the input leaves {100 * own[worst.run_id]:.0f} % of the position's movement unexplained (at most {100 * most:.0f} % in the other runs)"
     if left <= most and ANOTHERS * left < min(own[worst.run_id], apart):
-        yield Remark(
-            (worst.run_id,), RULE, "remark", 100.0 * own[worst.run_id], "%",
-            f"{names([worst.run_id])}: the input leaves {100 * own[worst.run_id]:.0f} % of the position's movement unexplained (at most {100 * most:.0f} % in the other "
-            f"runs), that of run {other.run_id} {100 * left:.0f} %; it is probably the position of another run",
-            "position_in_mm = { column = ..., file = (the file of this run) }",
-        )  # fmt: skip
+        said += f", that of run {other.run_id} {100 * left:.0f} %; it is probably the position of another run"
+    elif own[worst.run_id] > max(NOTHING_ALIKE, ANOTHERS * most) and worst.position_follows > AGAINST and not unexplained(worst) > NOTHING:
+        # friction explains the tensions, so that it is the position that is not theirs, and one that counts the other way follows as well
+        said += ", and friction explains the output by it; it is probably the position of another run, or on another clock"
+    else:
+        return
+    yield Remark(
+        (worst.run_id,), RULE, "remark", 100.0 * own[worst.run_id], "%",
+        said,
+        "position_in_mm = { column = ..., file = (the file of this run) }",
+    )  # fmt: skip
 
 
 def _apart(moved: Sequence[Evidence]) -> Iterator[Remark]:
