@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Final, Literal
@@ -10,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.sound import FASTEST_S, GAP_PERIODS, LARGEST, OPTIONAL, SLOPES, SMALLEST, TENSIONS, too_fast, too_small, unsound, within
-from sstl_cli.core.stretches import stretches
-from sstl_cli.identification import brief, filtering
-from sstl_cli.identification.gate.dropouts import MEND, Dropouts, dropouts_of
+from sstl_cli.identification import brief, filtering, repeats
+from sstl_cli.identification.gate.dropouts import MEND, dropouts_of
 from sstl_cli.identification.gate.rules.magnitude import impossible
 from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
 from sstl_cli.identification.gate.sequence import in_turn
 from sstl_cli.identification.gate.stamps import gaps_of, mend_backward, mend_repeated
+from sstl_cli.identification.repeats import STUCK_SAMPLES, Live, lasting, live_of
 
 Array = NDArray[np.float64]
 Level = Literal["failure", "remark"]
@@ -24,7 +25,6 @@ FAILURE: Final = "failure"
 REMARK: Final = "remark"
 MIN_SAMPLES = 16
 LEAD = "lead_mm"
-STUCK_SAMPLES = 8
 # spreads of the second differences off both neighbours
 SPIKE_SPREADS = 6.0
 # share of both by which two gaps of levels may differ and be one
@@ -33,12 +33,8 @@ EVEN = 0.02
 ROUNDED = 1.5
 # part of the samples that makes spikes a fault, levels that make a converter coarse, and the fewest spikes that are compared
 MANY, LEVELS, LEAST_SPIKES = 0.02, 16, 8
-# readings at the last level over those at the level before from which on a channel is cut off (1.2 where it turns)
-PILED = 4
-# levels by which a channel that is cut off would have gone on, as it came and went
-CUT = 2.0
-# noise over the step of a converter from which on a hold does not repeat a level
-COARSE = 0.7
+# part of its readings that a channel repeats from which on repeats say nothing
+STILL = 0.05
 # second differences, as part of the span, that rounding to single precision makes of a record without noise
 ROUNDING = 1e-6
 # jitter of the stamps (share of the period) below which a long step is a missing row by itself; stamps on either side that tell else
@@ -88,15 +84,19 @@ def findings(piece: Piece, optional: tuple[str, ...] = ()) -> list[Finding]:
     usable = {c: piece.columns[c] for c in TENSIONS if c in piece.columns}
     usable = {c: v for c, v in usable.items() if n >= MIN_SAMPLES and not bool(unsound(v).any())}
     reach = max((float(np.ptp(v)) for v in usable.values()), default=0.0)
+    period = filtering.sampling(piece.columns["time_s"]) if n > 1 and "time_s" in piece.columns else math.nan
+    lives = {name: live_of(values, _grain(values)[1] or quantisation(values)) for name, values in usable.items()}
     for name, values in usable.items():
         other = next((v for o, v in usable.items() if o != name), None)
-        found += _signal(name, values, reach, None if other is None else dropouts_of(values, other))
+        found += _signal(name, values, reach, other, lives[name], period)
     if any(f.what == "digits lost" for f in found):
         # a channel that turns within one decade shows it less
         found = [f for f in found if f.what not in ("spikes", "saturation")]
     if len(usable) == 2:
-        found = _ordered(found, *usable.values())
-        found += _frozen(*usable.values())
+        first, second = usable.values()
+        both = (lives[TENSIONS[0]], lives[TENSIONS[1]])
+        found = _ordered(found, first, second, both)
+        found += _frozen(first, second, both)
     return found
 
 
@@ -232,16 +232,12 @@ def _missed(time: Array, step: Array, period: float) -> tuple[int, int]:
     return sum(rows), len(rows)
 
 
-def _signal(name: str, values: Array, reach: float, lost: Dropouts | None = None) -> list[Finding]:
+def _signal(name: str, values: Array, reach: float, other: Array | None, live: Live, period_s: float) -> list[Finding]:
     span = float(np.ptp(values))
     n = len(values)
     if span == 0.0:
         return [Finding(FAILURE, "flat channel", name, n, f"always {values[0]:.6g} N", "check the sensor and the mapping")]
     found = []
-    step = np.diff(values)
-    inside = (values[1:] != values.max()) & (values[1:] != values.min())
-    # how often a value repeats by itself; what is clipped must not make the rest look noise-free
-    still = float(np.count_nonzero((step == 0.0) & inside)) / max(1, int(np.count_nonzero(inside)))
     levels, grain = _grain(values)
     # far below the noise it is the last digit of a file that tells them apart
     if grain > 0.0 and filtering.noise_sd(values) < LEVELS * grain:
@@ -257,20 +253,23 @@ def _signal(name: str, values: Array, reach: float, lost: Dropouts | None = None
                 "record with more resolution" if coarse else "none needed",
             )
         )
-    second = np.abs(np.diff(values, 2))[inside[1:]]
-    # a noise-free record holds its extremes; only where values never repeat does a repeated one tell
-    if still < 0.05 and len(second) and float(np.median(second)) > ROUNDING * span:
-        found += _saturated(name, values, grain or quantisation(values))
-        longest, count = _stretches((step == 0.0) & inside)
-        if longest >= STUCK_SAMPLES:
-            detail = f"longest {longest + 1} samples"
-            found.append(Finding(FAILURE, "frozen stretches", name, count, detail, "cut these stretches out"))
-    spikes = int(np.count_nonzero(_spikes(values)))
+    second = np.abs(np.diff(values, 2))[repeats.inside(values)[2:]]
+    # a noise-free record holds its extremes; only where values seldom repeat does a repeated one tell
+    if repeats.share(values) < STILL and len(second) and float(np.median(second)) > ROUNDING * span:
+        for r in repeats.cut_off(values, other, live, name == TENSIONS[1], period_s):
+            detail = f"{r.label} {r.level_n:.6g} N repeated, longest {r.longest} samples"
+            found.append(Finding(FAILURE, "saturation", name, r.count, detail, "check the range of sensor and amplifier"))
+        rests = repeats.frozen(values, live)
+        if rests is not None and rests.longest >= STUCK_SAMPLES:
+            detail = f"longest {rests.longest + 1} samples"
+            found.append(Finding(FAILURE, "frozen stretches", name, rests.count, detail, "cut these stretches out"))
+    spikes = int(np.count_nonzero(_spikes(values, live.step_n)))
     if spikes and (share := digits_lost(values)) > 0.0:
         detail = f"{100 * share:.0f} % of the samples are a tenth or a hundredth of their neighbours"
         found.append(Finding(FAILURE, "digits lost", name, spikes, detail, 'import with decimal = ","'))
     elif spikes:
         many, wild = spikes > MANY * n, impossible(values)
+        lost = None if other is None else dropouts_of(values, other)
         fix = "check wiring and grounding" if many else "none needed: segment bridges single samples"
         said = "single samples off both neighbours"
         if lost is not None:
@@ -285,35 +284,6 @@ def _signal(name: str, values: Array, reach: float, lost: Dropouts | None = None
     return found
 
 
-def _saturated(name: str, values: Array, grain: float) -> list[Finding]:
-    """Return an extreme that a channel repeats and that it would have gone beyond."""
-    found = []
-    for label, extreme, sign in (("maximum", values.max(), 1.0), ("minimum", values.min(), -1.0)):
-        longest, count = _stretches(values == extreme)
-        # a converter repeats a reading where a channel turns, at the last level about as often as at the one before
-        before = max(1, int(np.count_nonzero(np.abs(np.abs(values - extreme) - grain) < 0.5 * grain))) if grain > 0.0 else 0
-        piled = longest >= 3 and int(np.count_nonzero(values == extreme)) > PILED * before
-        if piled and _cut_off(sign * values, sign * extreme) > CUT * grain:
-            detail = f"{label} {extreme:.6g} N repeated, longest {longest} samples"
-            found.append(Finding(FAILURE, "saturation", name, count, detail, "check the range of sensor and amplifier"))
-    # between coarse levels a movement that holds at both of its ends rests at both; a sensor is at its limit at one (else: rule ``limit``)
-    return [] if len(found) > 1 and filtering.noise_sd(values) <= COARSE * grain else found
-
-
-def _cut_off(values: Array, top: float) -> float:
-    """Return how far beyond its largest value (N) a channel would have turned, by the slopes at which it comes there and goes.
-
-    A turn that repeats a level is as high as those slopes make it. What rests there as the record begins or ends was seen to do one of both.
-    """
-    beyond = 0.0
-    for a, b in stretches(values == top):
-        if b - a >= 3 and a >= 3 and b + 2 < len(values):
-            slopes = max(values[a - 1] - values[a - 3], 0.0) + max(values[b] - values[b + 2], 0.0)
-            # half of the mean slope at either end, over half of the time between
-            beyond = max(beyond, 0.0625 * slopes * (b - a + 1) - (top - max(values[a - 1], values[b])))
-    return float(beyond)
-
-
 def _grain(values: Array) -> tuple[int, float]:
     """Return how many levels a channel takes and how far they are apart (N), 0 where they are no grid."""
     levels = np.unique(values)
@@ -326,36 +296,28 @@ def _grain(values: Array) -> tuple[int, float]:
     return len(levels), float(gaps.mean()) if float(np.ptp(gaps)) < EVEN * float(gaps.sum()) else 0.0
 
 
-def _frozen(first: Array, second: Array) -> list[Finding]:
+def _frozen(first: Array, second: Array, lives: tuple[Live, Live]) -> list[Finding]:
     """Both tensions unchanged together: a recorder that stopped, not a hold.
 
     Sensors with noise do not repeat their readings, so what repeats outside of the stretches is what says so.
     """
     same = (np.diff(first) == 0.0) & (np.diff(second) == 0.0)
-    longest, count = _stretches(same)
-    moves = ~_within(same, STUCK_SAMPLES)
-    repeats = max(float(np.mean(np.diff(v)[moves] == 0.0)) if moves.any() else 1.0 for v in (first, second))
-    if repeats > 0.05 or longest < 3:
+    moves = ~lasting(same, STUCK_SAMPLES)
+    again = max(float(np.mean(np.diff(v)[moves] == 0.0)) if moves.any() else 1.0 for v in (first, second))
+    rests = repeats.frozen_together((first, second), lives)
+    if again > STILL or rests is None or rests.longest < 3:
         return []
-    said = f"both tensions, longest {longest + 1} samples"
-    if longest < STUCK_SAMPLES:
-        return [Finding(REMARK, "frozen stretches", "", count, said, "none needed")]
+    said = f"both tensions, longest {rests.longest + 1} samples"
+    if rests.longest < STUCK_SAMPLES:
+        return [Finding(REMARK, "frozen stretches", "", rests.count, said, "none needed")]
     # a record without noise holds both; one in which either channel is told already needs no second finding
-    told = min(float(np.mean(np.diff(v) == 0.0)) for v in (first, second)) < 0.05
+    told = min(float(np.mean(np.diff(v) == 0.0)) for v in (first, second)) < STILL
     if told or not all(noisy(v[np.append(True, moves)]) for v in (first, second)):
         return []
-    return [Finding(FAILURE, "frozen stretches", "", count, said, "cut these stretches out")]
+    return [Finding(FAILURE, "frozen stretches", "", rests.count, said, "cut these stretches out")]
 
 
-def _within(flags: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
-    """Return which flags belong to a stretch of at least so many."""
-    out = np.zeros(len(flags), np.bool_)
-    for a, b in stretches(flags):
-        out[a:b] = b - a >= least
-    return out
-
-
-def _spikes(values: Array) -> NDArray[np.bool_]:
+def _spikes(values: Array, step_n: float) -> NDArray[np.bool_]:
     """Return the single samples that ``segment`` would bridge at a lower threshold, which noise alone does not reach, and such ends: to tell, as the diagnosis, which leaves samples out, asks ``recorder``.
 
     A spike returns: a sample to which the line through those on one side leads, or beyond it, is a corner or the last before a step.
@@ -363,9 +325,9 @@ def _spikes(values: Array) -> NDArray[np.bool_]:
     found = np.zeros(len(values), np.bool_)
     second = np.abs(np.diff(values, 2))
     # a sensor that stands still says nothing of its noise
-    lively = ~_within(second == 0.0, STUCK_SAMPLES)
+    lively = ~lasting(second == 0.0, STUCK_SAMPLES)
     # where noise crosses the edge between two levels a reading steps to and fro
-    threshold = max(SPIKE_SPREADS * filtering.spread(second[lively] if lively.any() else second), ROUNDED * _grain(values)[1])
+    threshold = max(SPIKE_SPREADS * filtering.spread(second[lively] if lively.any() else second), ROUNDED * step_n)
     # without noise half of the differences vanish and give no measure
     if threshold == 0.0:
         return found
@@ -379,9 +341,9 @@ def _spikes(values: Array) -> NDArray[np.bool_]:
     return found
 
 
-def _ordered(found: list[Finding], first: Array, second: Array) -> list[Finding]:
+def _ordered(found: list[Finding], first: Array, second: Array, lives: tuple[Live, Live]) -> list[Finding]:
     """Return the findings with spikes told as rows out of order, where they are samples of another place in both channels."""
-    a, b = _spikes(first), _spikes(second)
+    a, b = (_spikes(v, live.step_n) for v, live in zip((first, second), lives, strict=True))
     both = a & b
     fewer, more = sorted((int(np.count_nonzero(a)), int(np.count_nonzero(b))))
     count = int(np.count_nonzero(both))
@@ -392,9 +354,3 @@ def _ordered(found: list[Finding], first: Array, second: Array) -> list[Finding]
     detail = f"{count} rows stand off both neighbours in both channels at once, with values that fit elsewhere"
     said = Finding(FAILURE, "rows out of order", "", count, detail, "sort the rows by their clock or number (as numbers, not as text)")
     return [*(f for f in found if f.what != "spikes"), said]
-
-
-def _stretches(flags: NDArray[np.bool_]) -> tuple[int, int]:
-    """Return the longest stretch of true values and how many are true."""
-    lengths = [b - a for a, b in stretches(flags)]
-    return max(lengths, default=0), sum(lengths)

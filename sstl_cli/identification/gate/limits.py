@@ -135,7 +135,7 @@ def limit_of(
         ends = [other[a:b] for (a, b), goes in zip(rests, driving, strict=True) if goes]
         if not as_it_came and _ends_apart(ends, band + max(RISES * reach, NOISES * noise[1]), reach):
             return high
-        way = _went_on_as_it_came if as_it_came else _went_on
+        way = still_rises if as_it_came else _went_on
         went = [way(t[a:b], other[a:b]) if goes else 0.0 for (a, b), goes in zip(rests, driving, strict=True)]
     least = band + max((RISES if driven else GOES_ON) * reach, NOISES * noise[1])
     return high if sum(w > least for w in went) >= max(STRETCHES, 0.5 * len(went)) else math.nan
@@ -180,10 +180,10 @@ def _went_on(t: Array, other: Array) -> float:
     few = max(1, len(t) // 20)
     k = int(np.searchsorted(t, t[0] + CAUGHT_UP_S))
     rise = float(np.max(other[k:]) - median(other[k : k + few])) if k + few < len(t) else 0.0
-    return max(rise, _went_on_as_it_came(t, other))
+    return max(rise, still_rises(t, other))
 
 
-def _went_on_as_it_came(t: Array, other: Array) -> float:
+def still_rises(t: Array, other: Array) -> float:
     """Return by how much a channel still rises (N) once one that is only late is there, if it does not slow down meanwhile."""
     late = t - t[0] > LATE_S
     t, v = t[late], other[late]
