@@ -197,7 +197,11 @@ def _other_goes_on(values: Array, other: Array, rests: list[tuple[int, int]], li
         if b - a < STUCK_SAMPLES:
             continue
         part = other[a:b]
-        rises = float(np.max(part)) - filtering.median(part[:3]) if driven else still_rises(np.linspace(0.0, period_s * (b - a - 1), b - a), part)
+        rises = (
+            float(np.max(part)) - filtering.median(part[:3])
+            if driven
+            else still_rises(np.linspace(0.0, period_s * (b - a - 1), b - a), part)
+        )
         if rises > least:
             return True
     return False
