@@ -15,16 +15,11 @@ from numpy.typing import NDArray
 from sstl_cli.core.stretches import stretches
 from sstl_cli.identification import filtering
 from sstl_cli.identification.gate.limits import NOISES, RISES, still_rises
-from sstl_cli.identification.gate.sensors import noisy
+from sstl_cli.identification.gate.live import STUCK_SAMPLES, Live
 
 Array = NDArray[np.float64]
-STUCK_SAMPLES = 8
-# chance in a whole record below which repeats are none (nats), and what a repeat counts at the most: two equal readings of a record in single precision are no wonder
-RARE_NATS, MOST_NATS = -math.log(1e-6), 12.0
 # steps within which a converter's readings say nothing of a movement, and times its own speed behind a rest by which a channel must jump
 STEPS, JUMPS = 2.0, 2.0
-# part of its largest reading that two levels differ by at the least
-TINY = 1e-9
 # readings after a rest that tell how fast the channel goes then
 BEHIND = 5
 # readings at the last level over those at the level before from which on a channel is cut off (1.2 where it turns)
@@ -36,19 +31,6 @@ SLACK = 0.05
 
 
 @dataclass(frozen=True)
-class Live:
-    """What repeats of one channel say: ``nats`` for each that its noise would not have made (0 where noise does not tell), noise and step in N."""
-
-    nats: float
-    noise_n: float
-    step_n: float
-
-    def never(self, repeats: int, samples: int) -> bool:
-        """Whether a live sensor does not repeat its reading so often once in a record of so many samples."""
-        return self.nats * repeats > RARE_NATS + math.log(samples)
-
-
-@dataclass(frozen=True)
 class Rests:
     """Stretches in which a channel repeats an extreme (``label``: which, ``level_n``) or, without one, any reading: the longest (samples), and all of them."""
 
@@ -56,41 +38,6 @@ class Rests:
     count: int
     label: str = ""
     level_n: float = math.nan
-
-
-def live_of(values: Array, step_n: float) -> Live:
-    """Return what repeats of a channel say.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Readings in N.
-    step_n : float
-        Step of the converter (N), 0 where there is none.
-
-    Examples
-    --------
-    >>> noise = np.random.default_rng(0).standard_normal(4000)
-    >>> live_of(noise, 0.0).nats, round(live_of(np.round(noise), 1.0).nats, 1)
-    (12.0, 1.0)
-    """
-    gaps = np.diff(np.unique(values))
-    # what arithmetic alone tells apart is one level
-    gaps = gaps[gaps > TINY * float(np.max(np.abs(values)))]
-    # few readings may not show the grid that they are on: its step is at the most the least that two of them differ by
-    step = step_n if step_n > 0.0 or not len(gaps) else float(gaps.min())
-    # what stands still is no noise
-    moves = np.append(True, ~lasting(np.diff(values) == 0.0, STUCK_SAMPLES))
-    moving = values[moves]
-    if not noisy(moving):
-        return Live(0.0, 0.0, step)
-    # neighbouring second differences of noise go together by -4 of its variances; a movement only takes from that
-    second = filtering.fast_part(moving)
-    # rounding adds a twelfth of the squared step, and on a ramp of half a step a sample twice that
-    noise = math.sqrt(max(-float(np.mean(second[1:] * second[:-1])) / 4.0 - step**2 / 6.0, 0.0))
-    # in the middle of a level, from where noise leads to another one least often
-    stays = math.erf(step / (2.0 * math.sqrt(2.0) * noise)) if noise > 0.0 else 1.0
-    return Live(min(-math.log(max(stays, 1e-300)), MOST_NATS), noise, step)
 
 
 def cut_off(values: Array, other: Array | None, live: Live, driven: bool, period_s: float) -> list[Rests]:
@@ -119,7 +66,7 @@ def cut_off(values: Array, other: Array | None, live: Live, driven: bool, period
             continue
         slack = label == "minimum" and abs(extreme) < SLACK * float(np.ptp(values))
         told = other is not None and not slack and _other_goes_on(sign * values, sign * other, rests, live, driven, period_s)
-        if live.never(longest - 1, len(values)) or told:
+        if longest - 1 > live.most_repeats(len(values)) or told:
             found.append(Rests(longest, count, label, float(extreme)))
     return found
 
@@ -127,7 +74,7 @@ def cut_off(values: Array, other: Array | None, live: Live, driven: bool, period
 def frozen(values: Array, live: Live) -> Rests | None:
     """Return the stretches in which a channel repeats a reading that is none of its extremes, None where a live sensor would as well."""
     same = (np.diff(values) == 0.0) & inside(values)[1:]
-    return _told([(a, b) for a, b in stretches(same) if live.never(b - a, len(values)) or _leaves(values, b + 1, live)])
+    return _told([(a, b) for a, b in stretches(same) if b - a > live.most_repeats(len(values)) or _leaves(values, b + 1, live)])
 
 
 def frozen_together(channels: tuple[Array, Array], lives: tuple[Live, Live]) -> Rests | None:
@@ -137,7 +84,7 @@ def frozen_together(channels: tuple[Array, Array], lives: tuple[Live, Live]) -> 
     left = [
         (a, b)
         for a, b in stretches(same)
-        if both.never(b - a, len(same)) or any(_leaves(v, b + 1, live) for v, live in zip(channels, lives, strict=True))
+        if b - a > both.most_repeats(len(same)) or any(_leaves(v, b + 1, live) for v, live in zip(channels, lives, strict=True))
     ]
     return _told(left)
 
@@ -146,14 +93,6 @@ def share(values: Array) -> float:
     """Return how often a channel repeats a reading that is none of its extremes: what is clipped must not make the rest look noise-free."""
     moving = inside(values)[1:]
     return float(np.count_nonzero((np.diff(values) == 0.0) & moving)) / max(1, int(np.count_nonzero(moving)))
-
-
-def lasting(flags: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
-    """Return which flags belong to a stretch of at least so many."""
-    out = np.zeros(len(flags), np.bool_)
-    for a, b in stretches(flags):
-        out[a:b] = b - a >= least
-    return out
 
 
 def _told(found: list[tuple[int, int]]) -> Rests | None:

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from sstl_cli.core.sound import FASTEST_S, GAP_PERIODS, LARGEST, OPTIONAL, SLOPES, SMALLEST, TENSIONS, too_fast, too_small, unsound, within
 from sstl_cli.identification import brief, filtering, repeats
 from sstl_cli.identification.gate.dropouts import MEND, dropouts_of
+from sstl_cli.identification.gate.live import STUCK_SAMPLES, Live, lasting, live_of, noisy
 from sstl_cli.identification.gate.rules.magnitude import impossible
-from sstl_cli.identification.gate.sensors import digits_lost, noisy, quantisation
+from sstl_cli.identification.gate.sensors import digits_lost, quantisation
 from sstl_cli.identification.gate.sequence import in_turn
 from sstl_cli.identification.gate.stamps import gaps_of, mend_backward, mend_repeated
-from sstl_cli.identification.repeats import STUCK_SAMPLES, Live, lasting, live_of
 
 Array = NDArray[np.float64]
 Level = Literal["failure", "remark"]

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.identification.filtering import median, noise_sd
-from sstl_cli.identification.gate.sensors import Sensor, noisy
+from sstl_cli.identification.gate.live import noisy
+from sstl_cli.identification.gate.sensors import Sensor
 
 Array = NDArray[np.float64]
 # samples in which shared noise shows

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import unsound, within
-from sstl_cli.identification.filtering import fast_part, median, noise_sd, quantile
+from sstl_cli.identification.filtering import median, noise_sd, quantile
+from sstl_cli.identification.gate.live import Live, live_of, noisy
 from sstl_cli.identification.gate.rounding import ramps, rounding_of
 
 Array = NDArray[np.float64]
 CHANNELS = ("tension_in_n", "tension_out_n")
 # enough for a period and a step; a longer record says the same again
 MOST_SAMPLES = 65_536
-ENOUGH = 4096
 MIN_CHANGES = 12
 # readings are often written with six or seven digits; how far off its grid they may put a level (steps), by chance a tenth of any are so near
 DIGITS, ON_GRID = 2e-6, 0.05
@@ -53,7 +53,7 @@ class Sensor:
     the channel is a sample-and-hold. ``step_n`` is the quantisation step, 0 where there is none. ``noise_n`` is the
     white noise of the renewed samples. ``still_s`` is the longest stretch of one value beyond what refresh, step and
     noise explain, ``still_at_s`` its beginning (0 where there is none), and ``still_share`` the part of all samples
-    in such stretches; ``still_left`` whether the value jumps at the end of it, ``restless`` whether the noise is there all the while but in it. ``white`` tells whether ``noise_n`` is noise, and not the motion between slow samples;
+    in such stretches; ``still_left`` whether the value jumps at the end of it, ``restless`` whether the noise is there all the while but in it, ``silent`` whether it is longer than this noise, behind this step, would have let it last. ``white`` tells whether ``noise_n`` is noise, and not the motion between slow samples;
     ``digit_n`` is the last digit where nothing but its rounding is left beside the movement, 0 for readings of a sensor.
     """
 
@@ -69,6 +69,7 @@ class Sensor:
     still_left: bool = False
     digit_n: float = 0.0
     restless: bool = False
+    silent: bool = False
 
     @property
     def held(self) -> bool:
@@ -147,14 +148,15 @@ def sensor_of(column: str, time_s: Array, values: Array) -> Sensor:
     # a long rest is no sample of the noise
     renewed = v[changed] if (hold > 1 or longest > 0.02 * n) and len(changed) > 16 else v
     noise = noise_sd(renewed)
-    found = _still(v, changed, hold, step, noise)
+    live = live_of(v, step)
+    found = _still(v, changed, hold, step, noise, live)
     # noise may hide between levels
     digit = rounding_of(renewed) if step == 0.0 or ramps(v) else 0.0
     at = float(time[found.at]) if found.length else 0.0
     restless = found.length > 0.0 and hold == 1.0 and not ramps(v) and _restless(v, found, step, noise)
     return Sensor(
-        column, period, hold * period, step, noise, found.length * period, at, found.share, noisy(renewed), found.left, digit, restless
-    )
+        column, period, hold * period, step, noise, found.length * period, at, found.share, noisy(renewed), found.left, digit, restless, found.silent
+    )  # fmt: skip
 
 
 def _restless(v: Array, rest: _Stretch, step: float, noise: float) -> bool:
@@ -278,15 +280,16 @@ def _hold(v: Array, changed: NDArray[np.int64], step: float) -> float:
 
 @dataclass(frozen=True)
 class _Stretch:
-    """Length (samples) and beginning of the longest stretch of one value, share of all samples in such, whether it ends in a jump."""
+    """Length (samples) and beginning of the longest stretch of one value, share of all samples in such, whether it ends in a jump, and whether it is too long for a live sensor at rest."""
 
     length: float = 0.0
     at: int = 0
     share: float = 0.0
     left: bool = False
+    silent: bool = False
 
 
-def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise: float) -> _Stretch:
+def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise: float, live: Live) -> _Stretch:
     """Return the stretches that repeat one value and should not."""
     edges = np.concatenate(([0], changed, [len(v)]))
     lengths = np.diff(edges)
@@ -304,6 +307,9 @@ def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise
     left = np.abs(after - held) > limit
     jump = left | (np.abs(before - held) > limit)
     white = noisy(v[changed])
+    # a clipped channel rests at its extreme, which is another fault, and leaves it without a jump
+    inside = (held > v.min()) & (held < v.max())
+    silent = (inside | left | (edges[1:] == len(v))) & ~limit_again & (hold == 1.0) & (lengths > live.most_repeats(len(v)) + 1.0)
     if noise <= 0.0 or not white or repeats > 0.2 or (step > 0.0 and step > 3.0 * noise):
         # without noise, or with coarse levels, a value repeats for good reasons; but what rests goes on from where it is
         usual = median(np.abs(np.diff(v))[changed - 1]) if len(changed) else 0.0
@@ -311,18 +317,16 @@ def _still(v: Array, changed: NDArray[np.int64], hold: float, step: float, noise
         least = max(4.0 * step, 8.0 * usual) + (10.0 * noise if white else 0.0)
         left = np.abs(after - held) > max(least, COMES_BACK * float(np.ptp(v)))
         long &= left & (lengths > LONG_SHARE * len(v)) & ~limit_again
-        return _longest(long, left, edges)
+        return _longest(long | silent, left, edges, silent)
     # chance that a fresh sample repeats the one before
     chance = max(min(0.5, step / (3.5 * noise)), min(0.5, float(np.mean(fresh > 1.5)))) if step > 0.0 else 1e-3
     need = max(8.0, 1.0 + np.log(1e-6 / len(v)) / np.log(max(chance, 1e-6)))
     long = fresh > need
-    # a clipped channel rests at its extreme, which is another fault, and leaves it without a jump
-    inside = (held > v.min()) & (held < v.max())
     # a clip returns with every loop, a dead sensor does not come back
     dead = (edges[1:] == len(v)) & (lengths > 0.1 * len(v)) & (np.sum(long & ~inside) == 1)
     # between coarse levels an output in backlash rests and leaves without a jump
     long &= ((jump | dead) if step > COARSE * noise else (inside | jump | dead)) & ~limit_again
-    return _longest(long, left, edges)
+    return _longest(long | silent, left, edges, silent)
 
 
 def _around(v: Array, edges: NDArray[np.int64]) -> tuple[Array, Array]:
@@ -332,17 +336,9 @@ def _around(v: Array, edges: NDArray[np.int64]) -> tuple[Array, Array]:
     return before, np.median(v[np.minimum(edges[1:, None] + beside, len(v) - 1)], axis=1)
 
 
-def _longest(long: NDArray[np.bool_], left: NDArray[np.bool_], edges: NDArray[np.int64]) -> _Stretch:
+def _longest(long: NDArray[np.bool_], left: NDArray[np.bool_], edges: NDArray[np.int64], silent: NDArray[np.bool_]) -> _Stretch:
     if not long.any():
         return _Stretch()
     lengths = np.diff(edges)
     at = int(np.argmax(np.where(long, lengths, 0)))
-    return _Stretch(float(lengths[at]), int(edges[at]), float(lengths[long].sum()) / float(edges[-1]), bool(left[at]))
-
-
-def noisy(v: Array) -> bool:
-    """Return whether second differences alternate as those of noise do, and do not follow each other as a motion's."""
-    second = fast_part(v[:ENOUGH])
-    if len(second) < 16:
-        return False
-    return float(np.sum(second[1:] * second[:-1])) < -0.3 * float(np.sum(second**2))
+    return _Stretch(float(lengths[at]), int(edges[at]), float(lengths[long].sum()) / float(edges[-1]), bool(left[at]), bool(silent[at]))

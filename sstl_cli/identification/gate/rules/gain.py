@@ -10,6 +10,7 @@ import numpy as np
 from sstl_cli.identification.gate.clear_gain import Anew, clear_everywhere, clear_some, has_scale, scaled_anew
 from sstl_cli.identification.gate.evidence import MOST_WRAP, Evidence
 from sstl_cli.identification.gate.remark import Remark, Severity, names
+from sstl_cli.identification.gate.rules.stuck import silent
 from sstl_cli.identification.gate.units import FORCES, VOLTS, WORDS, force_unit, or_gain, stated
 
 RULE, RANK = "gain", 28
@@ -50,6 +51,7 @@ AS_BEFORE, EXPLAINED, AGREES = 0.2, 0.5, 0.25
 
 def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs whose output and input differ by a factor that friction does not make."""
+    log = [e for e in log if not silent(e)]
     anew = scaled_anew(log)
     yield from _anew(log, anew)
     # a scale is the sensor's: a run of it that does not show it by friction has no other

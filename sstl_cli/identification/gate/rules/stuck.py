@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
-from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.evidence import MOST_WRAP, Evidence
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.units import CHANNELS, WORDS, column_line
 
@@ -23,7 +23,10 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield runs one of whose channels repeats one value for long, or always."""
     yield from _together(log)
     for i in (0, 1):
-        coarse = {o.system for o in log if o.usable and (o.sensors[i].coarse or o.sensors[i].noise_n == 0.0)}
+        coarse: dict[str, float] = {}
+        for o in log:
+            if o.usable and (o.sensors[i].coarse or o.sensors[i].noise_n == 0.0):
+                coarse[o.system] = max(o.sensors[i].step_n, coarse.get(o.system, 0.0))
         whole = [e for e in log if _whole(e, i) and not _hidden(e, i, coarse)]
         if whole:
             yield Remark(
@@ -121,10 +124,13 @@ def _whole(e: Evidence, i: int) -> bool:
     return s.still_share >= 1.0 and e.samples >= WHOLE_SAMPLES and e.duration_s >= least
 
 
-def _hidden(e: Evidence, i: int, coarse: set[str]) -> bool:
-    """Whether the sensor moves in other runs, by steps so coarse that backlash alone may hide in one of them."""
+def _hidden(e: Evidence, i: int, coarse: Mapping[str, float]) -> bool:
+    """Whether the sensor moves in other runs, by steps (N, by system) so coarse that backlash alone may hide in one of them."""
     if e.ranges[1 - i].low < NEAR_ZERO * e.ranges[1 - i].high:
         # released to nothing, and still no change
+        return False
+    if i == 0 and e.ranges[1].span > math.exp(MOST_WRAP) * coarse.get(e.system, math.inf):
+        # no friction makes so much of a movement within one step of the input
         return False
     return e.system in coarse
 
@@ -134,12 +140,18 @@ def dead(e: Evidence) -> bool:
     return "failure" in (_stuck(e, 0), _stuck(e, 1))
 
 
+def silent(e: Evidence) -> bool:
+    """Whether the input shows none of its noise for so long while the output moves that it follows nothing, as that of exchanged channels would."""
+    return e.sensors[0].silent and _stuck(e, 0) == "failure"
+
+
 def _stuck(e: Evidence, i: int) -> str:
     s = e.sensors[i]
     if not e.usable or s.still_s < LEAST_S or s.still_share < LEAST_SHARE:
         return ""
-    # a sensor that comes back jumps, a run that ends may end in backlash
-    if e.stuck_while_n[i] < (WHOLE_MOVED if s.coarse and not s.still_left else LEAST_MOVED) * e.ranges[1 - i].span:
+    # a sensor that comes back jumps, a run that ends may end in backlash; no output moves on while its input rests, where noise would show in that
+    coarse = s.coarse and not s.still_left and not (i == 0 and s.silent)
+    if e.stuck_while_n[i] < (WHOLE_MOVED if coarse else LEAST_MOVED) * e.ranges[1 - i].span:
         return ""
     # behind coarse levels no noise tells a dead sensor from an output in backlash, but friction does, if it explains it to one of them
     if i == 1 and s.coarse and min((c.rms_n for c in e.causes.slips if math.isfinite(c.rms_n)), default=math.inf) < s.step_n:

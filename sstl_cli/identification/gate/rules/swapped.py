@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.remark import Remark, names
+from sstl_cli.identification.gate.rules.stuck import silent
 
 RULE, RANK = "swapped", 27
 # residual of the exchanged record over that of the record as it is, and as a share of the span
@@ -74,6 +75,8 @@ def _as_recorded(e: Evidence) -> float:
 
 
 def _exchanged(e: Evidence) -> bool:
+    if silent(e):
+        return False
     # what is left must be more than noise
     told = _as_recorded(e) * e.ranges[1].span > 2.0 * max(e.sensors[1].noise_n, 0.3 * e.sensors[1].step_n)
     if not told or not e.swapped_rms < min(GOOD, BETTER * _as_recorded(e)):
