@@ -26,6 +26,8 @@ BEHIND = 5
 PILED = 4
 # levels by which a channel that is cut off would have gone on, as it came and went, and levels of it that the other channel may go on by meanwhile
 CUT, LEVELS = 2.0, 5.0
+# noise over the step of a converter from which on a hold does not repeat a level
+COARSE = 0.7
 # part of its span below which a channel that rests at its lowest may be slack
 SLACK = 0.05
 
@@ -65,10 +67,11 @@ def cut_off(values: Array, other: Array | None, live: Live, driven: bool, period
         if not piled or _beyond(sign * values, sign * extreme) <= CUT * live.step_n:
             continue
         slack = label == "minimum" and abs(extreme) < SLACK * float(np.ptp(values))
-        told = other is not None and not slack and _other_goes_on(sign * values, sign * other, rests, live, driven, period_s)
+        told = other is None or not slack and _other_goes_on(sign * values, sign * other, rests, live, driven, period_s)
         if longest - 1 > live.most_repeats(len(values)) or told:
             found.append(Rests(longest, count, label, float(extreme)))
-    return found
+    # one channel alone that holds at both of its ends rests at both; a sensor is at its limit at one
+    return [] if other is None and len(found) > 1 and filtering.noise_sd(values) <= COARSE * live.step_n else found
 
 
 def frozen(values: Array, live: Live) -> Rests | None:

@@ -10,6 +10,7 @@ from identification_loops import play, trapezoid
 from test_identification_gate_judged import loop
 
 from sstl_cli.core.runs import Run
+from sstl_cli.core.stretches import stretches
 from sstl_cli.identification import gate, samples
 from sstl_cli.identification.gate.measuring import evidence_of
 from sstl_cli.identification.gate.rules import limit, reversed_time
@@ -156,6 +157,6 @@ def test_a_converter_that_repeats_its_largest_reading_at_a_turn_is_not_saturated
     cut = np.minimum(v, 13.0)
 
     def said(channel):
-        return [f.what for f in samples._signal("tension_in_n", channel, 12.0) if f.what == "saturation"]
+        return [f.what for f in samples.findings(samples.Piece("r", {"tension_in_n": channel})) if f.what == "saturation"]
 
-    assert samples._stretches(v == v.max())[0] >= 3 and said(v) == [] and said(cut) == ["saturation"]
+    assert max(b - a for a, b in stretches(v == v.max())) >= 3 and said(v) == [] and said(cut) == ["saturation"]

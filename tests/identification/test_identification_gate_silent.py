@@ -24,7 +24,14 @@ def log(seed, noises, movement):
     """Return two runs of two bends behind a converter of so many noises a step."""
     t, x = movement(seed)
     return [
-        Run(f"act-b{k}", "act", t, read(x, 7 * seed + k, noises * NOISE_N), read(play(x, lines(w)), 7 * seed + k + 3, noises * NOISE_N), config_id=f"b{k}")
+        Run(
+            f"act-b{k}",
+            "act",
+            t,
+            read(x, 7 * seed + k, noises * NOISE_N),
+            read(play(x, lines(w)), 7 * seed + k + 3, noises * NOISE_N),
+            config_id=f"b{k}",
+        )
         for k, w in enumerate((0.3, 0.6))
     ]
 

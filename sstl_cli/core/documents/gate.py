@@ -42,6 +42,10 @@ class Sensor(Part):
     restless: bool = Field(
         default=False, description="whether the channel has its noise all the while but in the stretch in which it stood still"
     )
+    silent: bool = Field(
+        default=False,
+        description="whether it stood still for longer than its noise, behind its step, would have let a live sensor rest at a level",
+    )
     digit_n: float = Field(
         default=0.0, description="last digit, where nothing but its rounding is left beside the movement (a command); 0 for readings"
     )
