@@ -67,7 +67,7 @@ def cut_off(values: Array, other: Array | None, live: Live, driven: bool, period
         if not piled or _beyond(sign * values, sign * extreme) <= CUT * live.step_n:
             continue
         slack = label == "minimum" and abs(extreme) < SLACK * float(np.ptp(values))
-        told = other is None or not slack and _other_goes_on(sign * values, sign * other, rests, live, driven, period_s)
+        told = other is None or (not slack and _other_goes_on(sign * values, sign * other, rests, live, driven, period_s))
         if longest - 1 > live.most_repeats(len(values)) or told:
             found.append(Rests(longest, count, label, float(extreme)))
     # one channel alone that holds at both of its ends rests at both; a sensor is at its limit at one
