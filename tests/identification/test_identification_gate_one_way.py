@@ -143,3 +143,18 @@ def test_two_slopes_of_one_line_are_no_gain(back, odd):
     pulled = replace(found, slopes=one, both_ways=(back, back))
     gain, friction = odd_run._values(pulled)[2:4]
     assert bool(np.isfinite(gain) and np.isfinite(friction)) is odd
+
+
+@pytest.mark.parametrize("rate", [RATE, 3.0 * RATE])
+def test_a_pull_that_is_faster_than_others_is_no_clock_and_lacks_no_rows(rate):
+    """The same rows as those of a third of the others' time, or all of them at three times the rate: any pull is like any other."""
+    runs = []
+    for k, seconds in enumerate((24.0, 23.5, 24.3, 8.0)):
+        t, x = pull(seconds=seconds)
+        if k == 3 and rate > RATE:
+            t = np.arange(round(seconds * rate)) / rate
+            x = 4.0 + 7.5 * (1.0 - np.cos(0.5 * np.pi * t / seconds))
+        runs.append(recorded(t, x, x * np.exp(-0.2 - 0.1 * k), f"r{k}", config_id=f"c{k}", seed=k))
+    said = [r.sentence for r in gate.remarks(runs) if r.rule == "rate"]
+    # another rate is worth a remark, whatever was played
+    assert len(said) == (rate > RATE) and not [s for s in said if "clock" in s or "row" in s]

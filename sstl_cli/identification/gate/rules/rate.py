@@ -65,7 +65,8 @@ def _thinned(runs: Sequence[Evidence]) -> Iterator[Remark]:
     """Yield the run that has the stamps of all others and lasts a whole part of what they do, in the same movement by its rows.
 
     A movement that is played faster is played so on purpose: in more than one run, beside one of the usual speed on the same bend, or under a name of its own.
-    What keeps time without the logger tells one from the other; where nothing does it is asked, if all other runs of this name go round at one speed.
+    What keeps time without the logger tells one from the other; where nothing does it is asked, if all other runs of this name go round at one speed:
+    of a pull alone it is not, as any other one is like it.
     """
     found = []
     # a movement may be repeated another number of times in each run
@@ -86,7 +87,9 @@ def _thinned(runs: Sequence[Evidence]) -> Iterator[Remark]:
     sure = any(v > CLOCK for v in renewals) or min(_lags(e, [o for o in bend if o.system == e.system], k), default=0.0) > CLOCK
     sound = any(v < NO_CLOCK for v in renewals) or (bool(lags) and float(np.median(lags)) < NO_CLOCK)
     played = any((o.config_id, o.location, o.system) == (e.config_id, e.location, e.system) for o in others)
-    if sound or not (sure or (not played and _one_speed([o for o in runs if o is not e and o.trajectory == e.trajectory]))):
+    if sound or not (
+        sure or (e.comes_back and not played and _one_speed([o for o in runs if o is not e and o.trajectory == e.trajectory]))
+    ):
         return
     rows = {2: "every second row", 3: "every third row"}.get(k, f"one row of {k}")
     why = (
@@ -187,7 +190,9 @@ def _clock(e: Evidence, others: Sequence[Evidence], usual: float) -> Clock:
     # a drive has a lag of its own: it is as many samples as before where the clock is off, and as long where the movement is
     lags = [w for o in same if (w := _lag(e, o)) is not None]
     off = float(np.median(lags)) if lags else math.nan
-    return "" if off < NO_CLOCK else "other" if named or off > CLOCK else "either"
+    # one pull is like any other, however fast
+    told: Clock = "other" if named or off > CLOCK else "either" if e.comes_back else ""
+    return "" if off < NO_CLOCK else told
 
 
 def _same(e: Evidence, o: Evidence) -> bool:
