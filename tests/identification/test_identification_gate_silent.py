@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from identification_loops import multisine, play, trapezoid
-from identification_slips import lines
+from identification_slips import BENDS, bend, lines
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
@@ -77,3 +77,19 @@ def test_an_input_that_never_changes_may_hide_a_movement_within_a_level():
     output = np.round(play(within, lines(0.3)) / 0.1) * 0.1
     flat = replace(flat, tension_in_n=np.full(len(t), 10.0), tension_out_n=output)
     assert not [r for r in gate.remarks([flat, other]) if r.rule == "stuck"]
+
+
+def test_an_input_that_is_cut_off_in_all_runs_of_both_systems_is_told_of_all():
+    """Noise hides in the loops of one system that the output goes on."""
+    level, step = 20.6, 0.05
+    runs = []
+    for i, (name, theta) in enumerate(BENDS.items()):
+        for system in ("act", "sstl"):
+            r = bend(name, 1.0 * theta, system, 200 + 10 * i + len(system), sd=0.07, movement=9)
+            runs.append(replace(r, tension_in_n=np.round(np.minimum(r.tension_in_n, level) / step) * step))
+    (said,) = [r for r in gate.remarks(runs) if r.rule == "limit"]
+    assert set(said.run_ids) == {r.run_id for r in runs}
+    # of an input that goes further in one run nothing is said there
+    runs[0] = bend("b020", BENDS["b020"], "act", 203, sd=0.07, movement=9)
+    (said,) = [r for r in gate.remarks(runs) if r.rule == "limit"]
+    assert runs[0].run_id not in said.run_ids and len(said.run_ids) == 5

@@ -29,12 +29,17 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
 
 
 def limited(log: Sequence[Evidence], i: int) -> list[Evidence]:
-    """Return the runs of which a channel is cut off: those that show it, and those of the same sensor that go to that level and no further."""
+    """Return the runs of which a channel is cut off: those that show it, and those of the same sensor that go to that level and no further.
+
+    An input of the other system that ends at that very level is read by the same sensor; the outputs of both have sensors of their own.
+    """
     if not any(_shows(e, i) for e in log):
         return []
     log = log if i else _sound_channels(log)
-    levels = {e.system: _level(e, i) for e in log if _shows(e, i)}
-    return [e for e in log if e.tendon_like and e.system in levels and (_shows(e, i) or _ends_at(e, i, levels[e.system]))]
+    shown = [(e.system, _level(e, i)) for e in log if _shows(e, i)]
+    return [
+        e for e in log if e.tendon_like and (_shows(e, i) or any(_ends_at(e, i, n) for system, n in shown if system == e.system or i == 0))
+    ]
 
 
 def _sound_channels(log: Sequence[Evidence]) -> Sequence[Evidence]:
