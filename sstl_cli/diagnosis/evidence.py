@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.special import gammaln
 
 from sstl_cli.diagnosis.constants import LOG_RANGE, THETA_HIGH, THETA_LOW
-from sstl_cli.diagnosis.fit import Fit, held, inverse, normal_equations
+from sstl_cli.diagnosis.fit import Fit, held, normal_equations
 from sstl_cli.diagnosis.free import Free
 from sstl_cli.diagnosis.simulator import Simulator
 
@@ -60,6 +60,17 @@ def information(sim: Simulator, f: Fit) -> Array:
     a, _ = normal_equations(sim, f.whiten(f.jacobian), np.zeros(len(sim.y)))
     # a direction without information has no limit: a ridge far below the others keeps the inverse finite
     return np.asarray(a + 1e-10 * np.diag(np.diag(a)) + 1e-12 * np.eye(len(a)))
+
+
+def inverse(a: Array) -> Array:
+    """Return the inverse of an information matrix, shape (k, k), each parameter in a unit of its own size.
+
+    Weights of parameters differ by twenty decades as they stand (N s/mm beside rad), and what rounding then cuts off would look
+    as if it were known exactly.
+    """
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(a), np.finfo(float).tiny))
+    both = np.outer(scale, scale)
+    return np.asarray(np.linalg.pinv(a * both, hermitian=True) * both)
 
 
 def standard_errors(f: Fit, known: Array) -> Array:

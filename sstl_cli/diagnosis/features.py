@@ -11,8 +11,8 @@ from scipy.special import stdtrit
 
 from sstl_cli.diagnosis import nameless, sticking
 from sstl_cli.diagnosis.constants import DECIDES_NATS, EXAMINED
-from sstl_cli.diagnosis.evidence import Weighed
-from sstl_cli.diagnosis.fit import Fit, inverse, normal_equations
+from sstl_cli.diagnosis.evidence import Weighed, inverse
+from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.heldout import blocks
 from sstl_cli.diagnosis.noise import floor_n, strain

@@ -156,17 +156,6 @@ def normal_equations(sim: Simulator, j: Array, r: Array) -> tuple[Array, Array]:
     return _normal_equations(sim.config, len(sim.problem.configs), np.ascontiguousarray(j), r)
 
 
-def inverse(a: Array) -> Array:
-    """Return the inverse of an information matrix, shape (k, k), each parameter in a unit of its own size.
-
-    Weights of parameters differ by twenty decades as they stand (N s/mm beside rad), and what rounding then cuts off would look
-    as if it were known exactly.
-    """
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(a), np.finfo(float).tiny))
-    both = np.outer(scale, scale)
-    return np.asarray(np.linalg.pinv(a * both, hermitian=True) * both)
-
-
 def held(a: Array, fixed: NDArray[np.int64], off: Array) -> tuple[float, Array]:
     """Return what it costs (nats, to second order) to move some parameters of a fit, and by how much the others then go the other way.
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from sstl_cli.core.rng import stream
 from sstl_cli.diagnosis import by_run
 from sstl_cli.diagnosis.constants import DRAWS, WORSE, WORSE_OF_ALL
-from sstl_cli.diagnosis.fit import Fit, inverse, normal_equations
+from sstl_cli.diagnosis.evidence import inverse
+from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.free import RUNS
 from sstl_cli.diagnosis.heldout import blocks
 from sstl_cli.diagnosis.simulator import Simulator

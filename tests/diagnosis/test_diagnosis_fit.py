@@ -9,8 +9,8 @@ import pytest
 from made_fits import NOISE_N, NOTHING, THETA, made, noise, simulator
 
 from sstl_cli.diagnosis.constants import THETA_HIGH
-from sstl_cli.diagnosis.evidence import information, standard_errors
-from sstl_cli.diagnosis.fit import fit, inverse, normal_equations, settle
+from sstl_cli.diagnosis.evidence import information, inverse, standard_errors
+from sstl_cli.diagnosis.fit import fit, normal_equations, settle
 from sstl_cli.diagnosis.free import as_effects
 from sstl_cli.diagnosis.hypotheses import full, variants
 from sstl_cli.diagnosis.whitening import Noise, Sensor
