@@ -41,6 +41,11 @@ class Ahead:
         """Whether all that has no delay leaves more than noise."""
         return self.else_left > MORE
 
+    @property
+    def tells(self) -> bool:
+        """Whether lines with the delay leave less than friction of any law does without one."""
+        return self.left < self.else_left
+
 
 def ahead_of(time_s: Array, x: Array, y: Array, sensors: tuple[Sensor, Sensor], means: int, play: PlayFit, causes: Causes) -> Ahead | None:
     """Return by how much an output leads, None where it does not.

@@ -19,7 +19,7 @@ LESS, ALIKE, AGREE = 0.5, 0.15, 3
 def leading(log: Sequence[Evidence]) -> list[Evidence]:
     """Return the few runs that lead while the others come after their input, or all where they lead by one time in bends that rub differently."""
     known = [(e.play.delay_s, e) for e in log if e.play is not None and _timed(e)]
-    early = [(d, e) for d, e in known if e.ahead is not None and e.ahead.shown and d < -_least(e)]
+    early = [(d, e) for d, e in known if e.ahead is not None and e.ahead.shown and e.ahead.tells and d < -_least(e)]
     rest = [d for d, e in known if all(e is not o for _, o in early)]
     if len(rest) >= max(BESIDE, 2 * len(early)) and early:
         first = min(rest)

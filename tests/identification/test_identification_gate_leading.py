@@ -1,0 +1,35 @@
+"""A run that leads beside others in time: by what a delay leaves, and by what friction leaves without one."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from sstl_cli.identification.gate.ahead import Ahead
+from sstl_cli.identification.gate.leading import leading
+
+SENSOR = SimpleNamespace(refresh_s=0.0)
+
+
+def run(delay_s: float, ahead: Ahead | None = None) -> SimpleNamespace:
+    """Return what the rule looks at of a run at 200 Hz whose lines are best moved by so much."""
+    play = SimpleNamespace(delay_s=delay_s, explained=0.999, delay_se=0.001, gamma_p=0.5, gamma_r=1.9)
+    return SimpleNamespace(play=play, ahead=ahead, tendon_like=True, wide=True, dt_s=0.005, sensors=(SENSOR, SENSOR))
+
+
+@pytest.mark.parametrize(
+    ("left", "without", "leads"),
+    [
+        # noises that lines with a delay leave, and friction of any law without one
+        (1.05, 3.5, True),
+        (2.0, 3.5, True),
+        # a tube that rubs at one place turns the output early: bundled friction leaves less than any delay
+        (3.9, 3.5, False),
+        # where friction alone leaves hardly more than noise there is nothing to tell
+        (1.05, 1.05, False),
+    ],
+)
+def test_one_run_leads_where_a_delay_leaves_less_than_friction_without_one(left, without, leads):
+    early = run(-0.04, Ahead(-0.04, left, without))
+    assert leading([run(0.001), run(0.002), early, run(0.003)]) == ([early] if leads else [])
