@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass, replace
 from itertools import takewhile
 
+from sstl_cli.importers.guess_angles import BEND, COUNTED, DECIMAL, LETTERED, TURNS, angle_behind, angle_doubt, unit_of_other
 from sstl_cli.importers.guess_parts import LETTERS, TRIAL, Columns, at, before, next_word, next_words
 from sstl_cli.importers.guess_system import names_systems, no_system
 from sstl_cli.importers.guess_words import LEAD, QUANTITY_OF, REFERENCE, SIDE_OF, words
@@ -18,15 +19,6 @@ _PARTS = re.compile(rf"\d+(?:\.\d+)?|[{LETTERS}]+|[^{LETTERS}0-9]+")
 _WRITTEN_TOGETHER = re.compile(r"\d+(?:\.\d+)?|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[^A-Za-z0-9]+")
 _LOCATIONS = {"NP", "CP", "ND"}
 _MOTIONS = words("sine sin sinus tri triangle ramp step steps chirp random trap trapezoid sweep multisine hold cycle")
-_BEND = words(
-    "deg bend angle config cfg conf curve radius r bending biegung bieg winkel grad kurve curvature courbure courbe cintrage flexion angulo "
-    "curva curvatura doblado piega piegatura angolo bogen arco krummung kruemmung biegewinkel courbures 弯曲 彎曲 曲げ 湾曲 굽힘"
-)
-# in front of a number that is the same in all names these count or measure something else
-_COUNTED = words(
-    "exp experiment try attempt subject sub sample specimen rig robot sheath tube sensor tendon seil cable wire v vel speed f freq hz ch day "
-    "session series serie block batch user person patient version ver rev cycle rep 第 jan feb mar apr may jun jul aug sep oct nov dec"
-)
 # in front of a label, or behind it, these say that it does not hold, or only nearly so
 _DENIES_BEHIND = words(
     "off removed disabled inactive deactivated detached disconnected failed missing aborted excluded entfernt abgeschaltet deaktiviert "
@@ -36,14 +28,8 @@ _DENIES = _DENIES_BEHIND - {"free", "less"} | words(
     "no not non none without wo w o sans sin senza ohne kein keine keinen nicht anti un ex minus instead former pseudo fake quasi mock pre post "
     "before after vor nach avant apres"
 )
-# behind a number these are its unit
-_ANGLE_UNITS = words("deg grad gradi grados")
-# angles of something else than the sheath
-_TURNS = words("roll pitch yaw twist tilt tip rot rotation torsion phase knob")
-# between a number and its decimals, where no dot may stand in a name
-_DECIMAL = words("p d pt point dot komma comma ,")
 _LENGTHS = words("inch inches zoll cm")
-_NO_BEND = _COUNTED | TRIAL | _MOTIONS | _TURNS | _DENIES | REFERENCE | set(QUANTITY_OF) | set(SIDE_OF) | set(SYSTEM_OF)
+_NO_BEND = COUNTED | TRIAL | _MOTIONS | TURNS | _DENIES | REFERENCE | set(QUANTITY_OF) | set(SIDE_OF) | set(SYSTEM_OF)
 # a number with more digits is a date or the count of a recorder
 _BEND_DIGITS = 3
 
@@ -225,7 +211,7 @@ def _maybe_bends(columns: Columns) -> list[int]:
         # 07 counts, 5N and 2Hz have a unit of their own, 0p2 goes on from a number
         counts = len(digits) > _BEND_DIGITS or (len(digits) > 1 and float(digits) < 10)
         own_unit = at(i + 1, columns)[:1].isascii() and at(i + 1, columns)[:1].isalpha()
-        goes_on = before(i, columns) in _DECIMAL and at(i - 2, columns)[-1:].isdigit()
+        goes_on = before(i, columns) in DECIMAL and at(i - 2, columns)[-1:].isdigit()
         if not (counts or own_unit or goes_on):
             found.append(i)
     return sorted(found, key=lambda i: -float(columns[i][0]))
@@ -269,29 +255,16 @@ def _label(i: int, values: tuple[str, ...], columns: Columns) -> str | None:
         return "" if len(set(values)) == 1 else None
     if front in LEAD:
         return "lead_mm"
-    if front in _BEND and not _unit_of_other(i, columns):
+    if front in BEND and not unit_of_other(i, columns):
         return "config_id"
     if after == "mm":
         return "lead_mm"
-    if (after in _BEND and not _speed(i + 1, columns)) or front.upper() in _LOCATIONS:
+    if angle_behind(i, columns) or front in LETTERED or front.upper() in _LOCATIONS:
         return "config_id"
     # dates and times of day, and numbers that count recordings
     if front in TRIAL or all(len(v) in (6, 8, 14) for v in values):
         return ""
     return None if len(set(values)) > 1 else ""
-
-
-def _unit_of_other(i: int, columns: Columns) -> bool:
-    """Return whether the word in front of a number is the unit of another one (``30deg_2``)."""
-    word = i - 1 if at(i - 1, columns)[:1].isalnum() else i - 2
-    return at(word, columns) in _ANGLE_UNITS and at(word - 1, columns)[:1].isdigit()
-
-
-def _speed(i: int, columns: Columns) -> bool:
-    """Return whether the unit at a place goes on as that of a speed: deg_per_s, deg_s."""
-    following = [p for p in (at(k, columns) for k in range(i + 1, i + 5)) if p and p[0].isalnum()]
-    # s1 is the first subject, or sample
-    return following[:1] in (["per"], ["sec"]) or (following[:1] == ["s"] and not any(p[0].isdigit() for p in following[1:2]))
 
 
 def _denial(i: int, columns: Columns) -> str:
@@ -316,26 +289,28 @@ def _doubt(i: int, label: str, columns: Columns) -> str:
     if more := _goes_on(i, columns, label):
         return f"is {part}{more} one number?"
     separators = {p for p in (at(k, columns) for k in range(len(columns)) if k != i - 1) if p and not p[0].isalnum()}
-    if direct == "-" and separators != {"-"}:
+    # CP-040 and act-45deg are hyphens; bend-45 may be bent the other way
+    hyphen = direct == "-" and (separators == {"-"} or (at(i - 2, columns)[:1].isalpha() and front not in BEND | LEAD | LETTERED))
+    if direct.endswith("-") and not hyphen:
         return f"is the - before {part} its sign, or does it separate?"
     if label == "lead_mm":
         unit = _unit_behind(i, columns)
         return f"is {part}{unit} in mm?" if unit else ""
-    if front == "r" and at(i + 1, columns) == "mm":
-        return ""
+    if ask := angle_doubt(i, columns):
+        return ask
     if front == "r":
-        return f"is r{part} the bend by its radius, or a repeat?"
+        return "" if at(i + 1, columns) == "mm" else f"is r{part} the bend by its radius, or a repeat?"
     if front.upper() in _LOCATIONS and not _plainly_bend(i, columns):
         return f"does {part} beside {front.upper()} tell the bending configuration, or does it count runs or tell something else?"
     # 30deg_s1 is the first subject or sample
     if (
-        at(i + 1, columns) in _BEND
+        at(i + 1, columns) in BEND
         and next_words(i + 1, columns)[:1] == ["s"]
         and not re.search(r"s\d", "".join(c[0] for c in columns[i + 1 : i + 5]).lower())
     ):
         return f"is {part} {at(i + 1, columns)} the bend, or a speed per s?"
-    known = _BEND | set(SYSTEM_OF) | TRIAL | _MOTIONS | {p.lower() for p in _LOCATIONS}
-    if front in _TURNS or (direct[:1].isalpha() and direct not in known):
+    known = BEND | set(SYSTEM_OF) | TRIAL | _MOTIONS | {p.lower() for p in _LOCATIONS}
+    if front in TURNS or (direct[:1].isalpha() and direct not in known):
         return f"is {part} the bend, or the {front} of something else?"
     return ""
 
@@ -343,7 +318,7 @@ def _doubt(i: int, label: str, columns: Columns) -> str:
 def _plainly_bend(i: int, columns: Columns) -> bool:
     """Return whether a number beside a location tells its bend: a word says so, or runs are counted elsewhere in the name and no letter touches it."""
     counted = any(columns[k][0].isdigit() and before(k, columns) in TRIAL for k in range(len(columns)) if k != i)
-    return at(i + 1, columns) in _BEND or (counted and not at(i + 1, columns)[:1].isalpha())
+    return at(i + 1, columns) in BEND or (counted and not at(i + 1, columns)[:1].isalpha())
 
 
 def _goes_on(i: int, columns: Columns, label: str) -> str:
@@ -353,7 +328,7 @@ def _goes_on(i: int, columns: Columns, label: str) -> str:
         return ""
     # NP_lead10_20240502 and lead10_30deg go on with another number
     short = len(digits) < 3 and (not behind[:1].isalpha() or behind == "mm")
-    return mark + digits if mark in _DECIMAL or (mark in ("-", "_") and label == "lead_mm" and short) else ""
+    return mark + digits if mark in DECIMAL or (mark in ("-", "_") and label == "lead_mm" and short) else ""
 
 
 def _unit_behind(i: int, columns: Columns) -> str:

@@ -14,6 +14,7 @@ from proposals import proposed
 from sstl_cli.importers.guess import Guess, guess
 from sstl_cli.importers.guess_files import name_pattern
 from sstl_cli.importers.mapping import mapping_of
+from sstl_cli.importers.pattern import search
 from sstl_cli.steps.import_ import run
 
 TABLE = "time_s,Fin_N,Fout_N\n" + rows(T, X, Y)
@@ -90,3 +91,63 @@ def test_unix_time_called_ts_is_the_clock(tmp_path: Path) -> None:
     stamps = 1_714_745_000_000 + np.round(1e3 * T)
     columns, found = proposed(tmp_path / "act.csv", "ts,Fin_N,Fout_N\n" + rows(stamps, X, Y))
     assert columns["time_s"] == {"column": "ts", "unit": "ms"} and not found.questions
+
+
+@pytest.mark.parametrize(
+    ("stem", "bend"),
+    [
+        ("act 45 deg", "45"),
+        ("rig act 45 degrees", "45"),
+        ("act_45_deg", "45"),
+        ("45 deg act", "45"),
+        ("act 45°", "45"),
+        ("act_90 Grad", "90"),
+        ("act_30 degrés", "30"),
+        ("act_45_deg_2", "45"),
+        ("act_run_2_deg45", "45"),
+        ("act-45deg", "45"),
+        ("act_22.5_deg", "22.5"),
+    ],
+)
+def test_an_angle_over_a_blank_or_with_a_sign_is_read(stem: str, bend: str) -> None:
+    found = name_pattern([stem])
+    told = search(found.pattern, [stem])[0]
+    assert told == {"system": "act", "config_id": bend} and not found.question
+
+
+@pytest.mark.parametrize(
+    ("stem", "question"),
+    [
+        ("act_theta1.57", "behind 'theta'"),
+        ("act_bend_0.5pi", "bend in pi"),
+        ("act_1.57_rad", "bend in rad"),
+        ("act_bend45_90", "45_90 one bend"),
+        ("act_bend30-60", "30-60 one bend"),
+        ("act_22,5deg", "22,5 one number"),
+        ("act_20 deg C", "a temperature"),
+        ("act_20°C", "a temperature"),
+        ("act_1_deg_45", "or 45 behind it"),
+        ("act_45_bend", "in front of 'bend'"),
+        ("act_-45_deg", "its sign"),
+        ("act_bend-45", "its sign"),
+    ],
+)
+def test_an_angle_that_may_be_another_is_asked(stem: str, question: str) -> None:
+    found = name_pattern([stem])
+    assert "config_id" in found.labels and question in found.question
+
+
+@pytest.mark.parametrize("stem", ["act_bend45_1", "act_bend45_003", "act_bend45_20240514", "act_bend45_run90", "act_bend45_20C"])
+def test_what_counts_behind_a_bend_is_not_asked(stem: str) -> None:
+    assert not name_pattern([stem]).question
+
+
+def test_a_folder_tells_an_angle_over_a_blank(tmp_path: Path) -> None:
+    folder = tmp_path / "90_deg"
+    folder.mkdir()
+    _, found = proposed(folder / "act_1.csv", TABLE)
+    assert tomllib.loads(found.toml)["constants"] == {"config_id": "90"} and "'90_deg'" in asked(found, "file_name")
+
+
+def test_a_dash_behind_a_letter_is_a_hyphen() -> None:
+    assert "sign" not in name_pattern(["act_CP-040_0003"]).question
