@@ -15,8 +15,11 @@ from sstl_cli.core.units import unit_of
 from sstl_cli.importers.guess_epochs import is_epoch
 from sstl_cli.importers.guess_names import Said, time_unit
 from sstl_cli.importers.guess_time import MARK, SAME_RATE, TimeGuess, counts, even, repeats, runs_forward, trimmed
+from sstl_cli.importers.guess_words import QUANTITY_OF
 
 Array = NDArray[np.float64]
+# columns called by a unit of time and nothing else; s may be a way
+_WHOLE = {"ms": "ms", "us": "us", "µs": "us", "μs": "us"}
 # of a step, how far equal clocks may lie apart where they are written with other places
 SAME_STEP = 0.01
 # of two clocks of which one states no unit: either may have the larger one
@@ -30,6 +33,27 @@ class Clocks:
 
     time: TimeGuess
     own: Mapping[str, TimeGuess] = field(default_factory=dict)
+
+
+def clock_if_forward(one: Said, values: Array | None) -> Said:
+    """Return ``t_in``, ``tick_ms``, or what is named as time and force, as a clock where it runs forward, and as what it may also be where it does not."""
+    # a device's own clock may be called by its unit alone, or by what it counts
+    unit = time_unit(one.name) or _WHOLE.get(one.name.strip().lower(), "")
+    if values is None or one.strange or not runs_forward(values := trimmed(values)):
+        return one
+    if unit and one.dimension in ("", "count") and one.quantity in ("other", "index", "force", "") and even(values):
+        # cpu_ms and adc_ms: whatever they are of, ticks that run on evenly in a unit of time are a clock
+        return replace(one, quantity="time", unit=unit)
+    if one.words in (("tick",), ("ticks",)) and even(values) and not counts(values):
+        return replace(one, quantity="time")
+    if one.quantity not in ("", "force") or one.unit:
+        return one
+    short = one.words[:1] in (("t",), ("ts",)) or re.fullmatch(r"(?:.*[./])?t_?(?:in|out)", one.name, re.IGNORECASE)
+    # "Time - Load Cell Motor" is the clock of that load cell
+    named = one.quantity == "force" and any(QUANTITY_OF.get(w) == "time" and len(w) > 1 for w in one.words)
+    if named or (short and one.side) or (unit and even(values) and short):
+        return replace(one, quantity="time", unit=unit)
+    return one
 
 
 def own_time(clock: TimeGuess) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise, takewhile
 
 from sstl_cli.core.errors import SstlError
@@ -118,6 +118,20 @@ def _system_question(name: str, held: list[str]) -> str:
         return ""
     said = " and ".join(f"{h!r} as {known_system(h)}" for h in held)
     return f"is {said} the system (act: single pass, sstl: double pass)? If not, take this line out"
+
+
+def with_systems(label: LabelColumn, held: Collection[str]) -> LabelColumn:
+    """Return the label of a system by what all runs of a file hold, where these stand apart (none: as it is)."""
+    held = sorted({*label.held, *held})
+    if len(held) == len(label.held):
+        return label
+    unknown = [h for h in held if not known_system(h)]
+    ask = (
+        f"another run holds {unknown[0]!r}, neither act nor sstl: write it there, or take this line out"
+        if unknown
+        else _system_question(label.column, held)
+    )
+    return replace(label, question=ask, systems=frozenset(map(known_system, held)) - {""}, held=frozenset(held))
 
 
 def holds_systems(texts: list[str]) -> bool:

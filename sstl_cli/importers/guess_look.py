@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -16,20 +17,29 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_beside import Beside, told_beside
-from sstl_cli.importers.guess_clocks import Clocks, with_own_clocks
+from sstl_cli.importers.guess_clocks import Clocks, clock_if_forward, with_own_clocks
 from sstl_cli.importers.guess_config import chosen_config, config_columns, labelling
 from sstl_cli.importers.guess_fractions import Parts, sums
 from sstl_cli.importers.guess_groups import with_groups
-from sstl_cli.importers.guess_labels import LabelColumn, holds_systems, label_columns, label_names, may_label, rows_of_first, runs_in
+from sstl_cli.importers.guess_labels import (
+    LabelColumn,
+    holds_systems,
+    label_columns,
+    label_names,
+    may_label,
+    rows_of_first,
+    runs_in,
+    with_systems,
+)
 from sstl_cli.importers.guess_marks import asking, grouped_cell, thousands, two_units, with_marks
-from sstl_cli.importers.guess_names import Said, contradicted, said, time_unit
+from sstl_cli.importers.guess_names import Said, contradicted, said
 from sstl_cli.importers.guess_rates import named_rate, rate_held
 from sstl_cli.importers.guess_roles import Roles, guess_roles, measured
-from sstl_cli.importers.guess_runs import Groups, runs_by_group
+from sstl_cli.importers.guess_runs import Groups, named_in_runs, runs_by_group
 from sstl_cli.importers.guess_stamps import Stated, dated, stamp_steps
-from sstl_cli.importers.guess_time import TimeGuess, even, guess_time, runs_forward, trimmed
+from sstl_cli.importers.guess_time import TimeGuess, guess_time, trimmed
 from sstl_cli.importers.guess_unit_columns import with_unit_columns, with_unit_said
-from sstl_cli.importers.guess_words import QUANTITY_OF, words
+from sstl_cli.importers.guess_words import words
 from sstl_cli.importers.rates_said import rate_said
 from sstl_cli.importers.text import OR_ELSEWHERE, grouped_in, remarks
 from sstl_cli.importers.text_cells import WITHOUT_MARKS
@@ -83,9 +93,8 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     """Return what a file seems to hold, of a format that is given or found; SstlError where it cannot be read or has no two numeric channels."""
     chosen = as_ or detect(path, wanted)
     found = chosen.channels(path, Layout())
-    prefix, runs = runs_in([c.name for c in found], path.stem if chosen.ID not in TABLES and as_ is None else "")
-    groups = runs_by_group(found) if not runs and chosen.ID not in TABLES and as_ is None else None
-    prefix, runs = (groups.prefix, groups.pattern) if groups is not None else (prefix, runs)
+    prefix, runs, groups = _runs(chosen, path, found, as_ is not None)
+    all_runs = partial(named_in_runs, runs, [c.name for c in found])
     found, doubts = _with_units(chosen, path, [c for c in found if c.name.startswith(prefix)])
     doubts = {n.removeprefix(prefix): ask for n, ask in doubts.items()} | dict(groups.doubts if groups is not None else {})
     channels = [c for c in found if not c.text][:MAX_COLUMNS]
@@ -95,7 +104,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
         raise _of_thousands(chosen, path, error) from None
     data = {n.removeprefix(prefix): v for n, v in first_values.items()}
     lengths = Counter(map(len, data.values()))
-    labels, first = _labels(chosen, path, prefix, found, max(lengths, key=lambda n: lengths[n], default=0))
+    labels, first = _labels(chosen, path, prefix, found, max(lengths, key=lambda n: lengths[n], default=0), all_runs)
     told = {x.column for x in labels}
     channels = [c for c in channels if c.name.removeprefix(prefix) not in told]
     data = {n: v for n, v in data.items() if n not in told}
@@ -109,7 +118,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     names = with_marks(path, names) if chosen.ID == "text" else names
     # a clock may begin anew with each run that the labels tell apart
     one = {n: v[:first] for n, v in data.items()}
-    names = [_clock_if_forward(s, one.get(s.name)) for s in names]
+    names = [clock_if_forward(s, one.get(s.name)) for s in names]
     texts = [c.name for c in found if c.text and said(c.name).quantity == "time"]
     own = {c.name: c.time.removeprefix(prefix) for c in channels if c.time and c.time.removeprefix(prefix) != c.name}
     stated = _stamps(chosen, path, texts) or _rate(chosen, path, found)
@@ -133,6 +142,13 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     beside = told_beside(chosen, path, found, told, chosen.ID in TABLES, lambda name: _first_texts(chosen, path, name)[0])
     tensions = tuple(measured(moving))
     return Look(path, chosen, tuple(names), data, time, roles, tensions, labels, runs, clocks.own, groups, beside)
+
+
+def _runs(chosen: Format, path: Path, found: list[Channel], given: bool) -> tuple[str, str, Groups | None]:
+    """Return what stands in front of the channels of the first run, the pattern of all, and their groups, empty where a file holds one run."""
+    prefix, runs = runs_in([c.name for c in found], path.stem if chosen.ID not in TABLES and not given else "")
+    groups = runs_by_group(found) if not runs and chosen.ID not in TABLES and not given else None
+    return (groups.prefix, groups.pattern, groups) if groups is not None else (prefix, runs, None)
 
 
 def _told_first(runs: str, channels: Sequence[Channel]) -> list[str]:
@@ -226,7 +242,9 @@ def _said(channel: Channel, chosen: Format) -> Said:
     return one
 
 
-def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel], rows: int) -> tuple[tuple[LabelColumn, ...], int | None]:
+def _labels(
+    chosen: Format, path: Path, prefix: str, found: list[Channel], rows: int, all_runs: Callable[[str], list[str]]
+) -> tuple[tuple[LabelColumn, ...], int | None]:
     """Return the columns that give labels for as many rows, and how many the first run has by them (None: all)."""
     units = {c.name.removeprefix(prefix): c.unit for c in found}
     alone = {c.name.removeprefix(prefix) for c in found if c.rows == 1}
@@ -254,6 +272,11 @@ def _labels(chosen: Format, path: Path, prefix: str, found: list[Channel], rows:
     config, doubt = chosen_config(held, paths) if held else ("", "")
     names = {t: n for t, n in names.items() if n in values} | ({"config_id": config} if held else {})
     labels = label_columns(names, values, all(whole for _, whole in read.values()), units, {"config_id": doubt})
+    # the names of one column in the groups of all runs
+    labels = tuple(
+        with_systems(c, [t for n in all_runs(c.column) for t in _first_texts(chosen, path, n)[0]]) if c.target == "system" else c
+        for c in labels
+    )
     return labels, rows_of_first(labels, values)
 
 
@@ -279,24 +302,6 @@ def _too_few(chosen: Format, path: Path, found: list[Channel]) -> SstlError:
     if grouped := grouped_in(path):
         fix = f"{WITHOUT_MARKS} (it holds {grouped!r})"
     return SstlError(what, where=str(path), fix=fix, code="E333")
-
-
-def _clock_if_forward(one: Said, values: Array | None) -> Said:
-    """Return ``t_in``, ``tick_ms``, or what is named as time and force, as a clock where it runs forward, and as what it may also be where it does not."""
-    unit = time_unit(one.name)
-    if values is None or one.strange or not runs_forward(values := trimmed(values)):
-        return one
-    if unit and one.dimension in ("", "count") and one.quantity in ("other", "index", "force", "") and even(values):
-        # cpu_ms and adc_ms: whatever they are of, ticks that run on evenly in a unit of time are a clock
-        return replace(one, quantity="time", unit=unit)
-    if one.quantity not in ("", "force") or one.unit:
-        return one
-    short = one.words[:1] in (("t",), ("ts",)) or re.fullmatch(r"(?:.*[./])?t_?(?:in|out)", one.name, re.IGNORECASE)
-    # "Time - Load Cell Motor" is the clock of that load cell
-    named = one.quantity == "force" and any(QUANTITY_OF.get(w) == "time" and len(w) > 1 for w in one.words)
-    if named or (short and one.side) or (unit and even(values) and short):
-        return replace(one, quantity="time", unit=unit)
-    return one
 
 
 def moves(values: Array) -> bool:

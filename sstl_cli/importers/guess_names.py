@@ -24,9 +24,14 @@ from sstl_cli.importers.guess_words import (
     UNIT_CELLS,
     UNIT_WORDS,
     as_volts,
+    lowered,
     unaccented,
 )
 
+# Data Set 1:Force In(N), Latest: Force: which run, and no word of the channel
+RUN_IN_FRONT = re.compile(
+    r"\s*(?:latest|(?:data[ _]?set|run|trial|test|datensatz|versuch|messung|essai|ensayo|prova|serie|series)[ _]*\d+)\s*:\s*", re.IGNORECASE
+)
 _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]{0,40})[\])}>]")
 # -Fin, ch2-ch1, Fin x2, Fin*10, Fin 10^3
 _COMPUTED = re.compile(
@@ -133,6 +138,7 @@ def said(name: str, stated: str = "") -> Said:
     unit, strange = _unit(stated) if stated else ("", "")
     # T_in_N.Data, /F_out_N/data: the field that holds the readings says nothing of them
     text = re.sub(r"(?<=\w)[./](?:data|values?)$", "", as_volts(name), flags=re.IGNORECASE)
+    text = RUN_IN_FRONT.sub("", text, count=1) if RUN_IN_FRONT.match(text) else text
     # the ports of a block diagram are no side of a transmission
     plain = re.sub(r"[/.](?:Out|In)\d*(?=\s*(?:[\[(][^\[\]()]*[\])])?$)", "", text)
     plain = _SERIAL.sub(" ", plain)
@@ -225,6 +231,7 @@ def _bare(unit: str) -> str:
 
 def _words(text: str) -> tuple[str, ...]:
     out: list[str] = []
+    text = lowered(text)
     for sign, word in SIGNS.items():
         text = text.replace(sign, f" {word} ")
     for word in _WORDS.findall(_plain(text)):

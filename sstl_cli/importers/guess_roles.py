@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.importers.guess_names import Said
+from sstl_cli.importers.guess_names import RUN_IN_FRONT, Said
 from sstl_cli.importers.guess_words import QUANTITY_OF, RMS, SIDE_OF, TREATED, UNIT_WORDS
 
 Array = NDArray[np.float64]
@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 ALIKE, LARGER = 0.9, 1.1
 # rows that show a motion, and the area of a loop, in that of the box around it, that noise does not leave
 _ENOUGH, _TURNED = 50, 0.02
+# channels that a question names
+_SHOWN = 6
 # "F/T Sequence", "Force sample": the last word says what it is of these
 _NUMBERING = {"sequence", "seq", "index", "idx", "counter", "sample", "samples"}
 SIDES = {"tension_in_n": "in", "tension_out_n": "out"}
@@ -167,6 +169,8 @@ def _which(many: list[Said]) -> str:
     others = ", ".join(repr(s.name) for s in many[1:5])
     if not others:
         return ""
+    if all(RUN_IN_FRONT.match(s.name) for s in many):
+        return f"or {others}? They are runs side by side: write each to a file of its own"
     one_sensor = any(w in TREATED for s in many for w in s.words)
     return f"or {others}? {'name the one that was measured' if one_sensor else 'give each tendon a mapping of its own'}"
 
@@ -264,7 +268,8 @@ def _unnamed(names: list[Said], data: dict[str, Array]) -> Roles:
             if len(names) < 2
             else f"of {len(names)} channels that move none is named as a tension, nor two as anything that may be"
         )
-        return Roles(ask_first="which channel?", ask_second="which channel?", reasons=(few,))
+        shown = f"which channel: {', '.join(repr(s.name) for s in names[:_SHOWN])}?" if names else "which channel?"
+        return Roles(ask_first=shown, ask_second=shown, reasons=(few,))
     table = np.vstack([np.nan_to_num(data[s.name]) for s in common])
     with np.errstate(invalid="ignore", divide="ignore"):
         together = np.abs(np.nan_to_num(np.corrcoef(table)))

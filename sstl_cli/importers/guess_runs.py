@@ -69,6 +69,11 @@ def runs_by_group(found: Sequence[Channel]) -> Groups | None:
     return Groups(whole[0], pattern, labels, question, doubts)
 
 
+def named_in_runs(pattern: str, names: Sequence[str], tail: str) -> list[str]:
+    """Return the channels that have a name behind what a pattern of runs matches."""
+    return [n for n, start in zip(names, starts(pattern, names), strict=True) if start and n == start + tail] if pattern else []
+
+
 def _cut(name: str, mark: str) -> tuple[str, str, str]:
     """Return the group of a channel, the mark behind it, and the channel's own name; of ``run01_fin_N`` the group ends in a number."""
     if mark != "_":

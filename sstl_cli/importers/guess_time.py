@@ -109,9 +109,12 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
     hint = f" ({texts[0]}, no time in a form that is known: write 2024-05-03 14:05:06.120, or the seconds)" if texts else ""
     if stated is not None:
         return _by_rate(stated, reasons)
-    reasons.append(f"no channel with numbers runs forward like time{hint}: give the sampling rate")
+    # one that runs forward may be called in a language that is not known here
+    likely = ", ".join(repr(s.name) for s in forward if s not in counters)
+    what = f"no name says time, and {likely} runs forward: is it the clock, or" if likely else f"no clock found{hint}:"
+    reasons.append(f"no channel with numbers {'is named as time' if likely else 'runs forward like time'}{hint}: give the sampling rate")
     # a number that is not in the file would be taken once the mark is deleted
-    return TimeGuess(f"time_s = {{ rate_hz = 0 }}{MARK}no clock found{hint}: which rate?", None, tuple(reasons))
+    return TimeGuess(f"time_s = {{ rate_hz = 0 }}{MARK}{what} which rate?", None, tuple(reasons))
 
 
 def _worse(clock: Said, values: Array) -> tuple[bool, ...]:

@@ -178,6 +178,15 @@ UNIT_WORDS = {
     "grammes": "gf",
     "gramos": "gf",
     "grammi": "gf",
+    "с": "s",
+    "сек": "s",
+    "мс": "ms",
+    "мкс": "us",
+    "н": "N",
+    "мн": "mN",
+    "кн": "kN",
+    "гс": "gf",
+    "кгс": "kgf",
 }
 # units of mass that a dash or a blank turns into one of force: kg-f, pound force
 _OF_FORCE = {
@@ -252,7 +261,7 @@ ELSE = words("a ma mw nm ncm nmm mnm knm degc degf degk celsius rpm hz")
 BRIDGE = words("mv/v uv/v v/v")
 # units that are no force, and that no factor known here turns into one
 STRANGE = ELSE | BRIDGE | words("% percent pct prozent fs au arb norm pu")
-# of Chinese, Japanese and Korean, which write no blanks: the longest first
+# of Chinese, Japanese and Korean, which write no blanks: the longest first; of Russian the beginnings of words
 SIGNS = {
     "输入": "input", "入力": "input", "近端": "proximal", "输出": "output", "出力": "output", "远端": "distal", "遠端": "distal",
     "时间": "time", "時間": "time", "時刻": "time", "序号": "index", "番号": "index", "拉力": "tension", "张力": "tension", "張力": "tension",
@@ -266,4 +275,19 @@ SIGNS = {
     "峰值": "peak", "ピーク": "peak", "最大": "max", "最小": "min", "微分": "derivative", "均方根": "rms", "有效值": "rms", "実効値": "rms",
     "上午": "am", "午前": "am", "오전": "am", "下午": "pm", "午後": "pm", "午后": "pm", "오후": "pm",
     "力": "force",
+    "время": "time", "времен": "time", "отсчет": "sample", "номер": "number", "натяжени": "tension", "усили": "force", "сила": "force", "силы": "force",
+    "нагрузк": "load", "выход": "output", "вход": "input", "дистальн": "distal", "проксимальн": "proximal", "двигател": "motor", "привод": "drive",
+    "перемещени": "displacement", "положени": "position", "задан": "setpoint", "расчетн": "computed", "температур": "temperature",
+    "напряжени": "voltage", "скорост": "velocity", "момент": "torque", "давлени": "pressure", "угол": "angle",
 }  # fmt: skip
+
+
+def lowered(text: str) -> str:
+    """Return a text with its Cyrillic letters small, as the words of ``SIGNS`` are.
+
+    Examples
+    --------
+    >>> lowered("Время F_in")
+    'время F_in'
+    """
+    return text if text.isascii() else re.sub("[\u0400-\u04ff]+", lambda m: m[0].lower(), text)

@@ -12,17 +12,25 @@ WAY_OF = {
     **dict.fromkeys(("loop", "double", "double pass", "two pass", "two way", "round trip", "sense"), "sstl"),
 }
 
+# beside such a word these say nothing more
+_BESIDE = frozenset(("self", "mode", "system", "tendon", "sheath"))
+
 
 def known_system(text: object) -> str:
     """Return ``act`` or ``sstl`` for a label as it is written, an empty text where it is neither.
 
     Examples
     --------
-    >>> known_system("SSTL"), known_system("double-pass"), known_system("tip")
-    ('sstl', 'sstl', '')
+    >>> known_system("SSTL"), known_system("double-pass"), known_system("tip"), known_system("self-sensing loop"), known_system("no loop")
+    ('sstl', 'sstl', '', 'sstl', '')
     """
-    plain = " ".join(str(text).lower().replace("_", " ").replace("-", " ").split())
-    return SYSTEM_OF.get(plain) or WAY_OF.get(plain, "")
+    parts = str(text).lower().replace("_", " ").replace("-", " ").split()
+    plain = " ".join(parts)
+    if whole := SYSTEM_OF.get(plain) or WAY_OF.get(plain):
+        return whole
+    # sensing loop: every word that says one says the same, and none something else
+    told = {SYSTEM_OF.get(p) or WAY_OF.get(p, "") for p in parts if p not in _BESIDE}
+    return told.pop() if len(told) == 1 else ""
 
 
 def system_of(text: object, where: str) -> str:

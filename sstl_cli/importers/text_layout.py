@@ -11,7 +11,7 @@ from pathlib import Path
 
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import MAX_CHANNELS, Layout
-from sstl_cli.importers.guess_words import SIGNS
+from sstl_cli.importers.guess_words import SIGNS, lowered
 from sstl_cli.importers.instruments import Cut, Measured, Stated, labview, oscilloscope, stated_by, step_below
 from sstl_cli.importers.rates_said import rate_said
 from sstl_cli.importers.recorders import recorder, signal_names
@@ -30,6 +30,9 @@ MAX_HEADER_LINES = 2_000
 _BEGINS_NUMBER = tuple(bytes([c]) for c in b"0123456789+-.")
 # of systems in China, Japan, Taiwan and Korea; the first wins where several read a line alike
 EASTERN = ("gb2312", "cp932", "big5", "euc_kr")
+CYRILLIC = "cp1251"
+# of Cyrillic letters in it but ё
+_FIRST_LETTER = 0xC0
 # in a date, which alone may stand in a line of readings
 _YEARS = ("年", "년")
 _NAMED = {"tab": "\t", "comma": ",", "semicolon": ";", "space": SPACES, "whitespace": SPACES, " ": SPACES, "\\t": "\t"}
@@ -309,15 +312,19 @@ def as_text(line: bytes) -> str:
     try:
         return line.decode("utf-8").replace(MINUS, "-")
     except UnicodeDecodeError:
-        # of the two-byte encodings of the East, the one in which words of a log's header stand there
-        read = {e: _read_as(line, e) for e in EASTERN}
-        best = max(EASTERN, key=lambda e: sum(len(sign) for sign in (*SIGNS, *_YEARS) if sign in read[e]))
-        if any(sign in read[best] for sign in (*SIGNS, *_YEARS)):
+        # of the two-byte encodings of the East, and the Cyrillic one of Windows, the one in which words of a log's header stand there
+        read = {e: _read_as(line, e) for e in (*EASTERN, CYRILLIC)}
+        known = {e: sum(len(sign) for sign in (*SIGNS, *_YEARS) if sign in lowered(text)) for e, text in read.items()}
+        best = max(known, key=lambda e: known[e])
+        if known[best]:
             return read[best]
         # Chinese systems write two bytes a character, both of them high; accents of the West hardly stand side by side
         high = re.findall(rb"[\x80-\xff]+", line)
         if all(len(run) % 2 == 0 for run in high) and any(len(run) > 2 for run in high) and read["gb2312"]:
             return read["gb2312"]
+        # nor do three, in a row of letters, which Cyrillic words are
+        if any(len(run) > 2 for run in high) and all(byte >= _FIRST_LETTER for run in high for byte in run) and read[CYRILLIC]:
+            return read[CYRILLIC]
         return line.decode("latin-1")
 
 

@@ -173,7 +173,7 @@ def pairs(folder: Path, names: str) -> list[Path]:
         for side in ("motor", "tip"):
             files.append(folder / names.format(side=side, bend=bend))
         files[-2].write_text("time,Force (N)\n" + rows(1.718e9 + T, X, digits=4))
-        files[-1].write_text("ms;Force [mN]\n" + rows(1000 * T, 1000 * Y, sep=";", digits=2))
+        files[-1].write_text("t;Force [mN]\n" + rows(1000 * T, 1000 * Y, sep=";", digits=2))
     return files
 
 

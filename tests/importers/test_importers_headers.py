@@ -51,8 +51,8 @@ def test_what_a_header_says_is_not_asked(tmp_path: Path) -> None:
 def test_what_more_headers_say_is_hardly_asked(tmp_path: Path) -> None:
     known = [c is not None and u is not None for h in MORE for c, u in (h.time, h.first, h.second)]
     every = [v for h in MORE for v in verdicts(h, tmp_path)]
-    # a force with the tip's force beside it is asked for, and so is the unit of a column named only "ms"
-    assert len(MORE) == 49 and every.count("right") == sum(known) - 2 == 94
+    # a force with the tip's force beside it is asked for
+    assert len(MORE) == 49 and every.count("right") == sum(known) - 1 == 95
 
 
 def test_what_misleading_headers_do_say_is_not_asked(tmp_path: Path) -> None:
