@@ -56,7 +56,9 @@ def told_beside(
     lines += [f"{re.split('[./]', n)[-1]}: {t}" for n in single for t in texts(n)]
     # who tells a bend needs no more, and a pattern takes its time with a line of blanks
     lines = [x[:LONGEST] for x in lines]
-    held = [*lines, *(_throughout([c for c in found if c.name not in told], texts) if table else ())]
+    within = getattr(chosen, "remarks_within", None)
+    between = [x[:LONGEST] for x in within(path)] if within is not None else []
+    held = [*lines, *between, *(_throughout([c for c in found if c.name not in told], texts) if table else ())]
     return Beside(system_said(held, [c.name for c in found]), both_said(held), bend_said(held), starts_said(lines))
 
 

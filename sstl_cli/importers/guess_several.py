@@ -95,7 +95,9 @@ def with_bend(toml: str, looks: Sequence[Look]) -> str:
         return _asking(toml, {target: f"{lines}: which tells the configuration, this or the name?"})
     one = len(said) == 1 and all(look.beside.bend[0] for look in looks)
     ask = (
-        f"{lines}: the bending configuration?"
+        f"{lines} differ: which is the bending configuration? If these are runs of several, split the file there"
+        if one and "..." in said
+        else f"{lines}: the bending configuration?"
         if one
         else f"{lines}: give the configuration of each by a manifest (--manifest), and take this out"
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import IO
@@ -26,6 +27,8 @@ TITLE = "CSV, TSV or whitespace text"
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".lvm")
 RANK = 90
 BLOCK_BYTES = 4 << 20
+# comments between samples that are looked at
+MAX_REMARKS = 1_000
 OR_ELSEWHERE = "if this mark is the decimal one, it is another column that has marks between thousands"
 # the blanks that a spreadsheet writes between thousands, which are also cut at as blanks
 _NARROW = re.compile(r"[+-]?\d{1,3}(?:[\u00a0\u202f\u2009]\d{3})+(?:[.,]\d*)?")
@@ -195,7 +198,7 @@ def _parse(body: bytes, found: TextLayout, parse: pc.ParseOptions, convert: pc.C
         return pc.read_csv(pa.py_buffer(body), options, parse, convert)
     except (pa.ArrowException, UnicodeDecodeError) as error:
         line = _line_at(path, found, offset)
-        _explain(body, found, convert, path, line)
+        _explain(body, found, convert, path, offset)
         raise SstlError(
             f"cannot be read near line {line} ({' '.join(str(error).split())[:100]})",
             where=str(path),
@@ -204,10 +207,10 @@ def _parse(body: bytes, found: TextLayout, parse: pc.ParseOptions, convert: pc.C
         ) from None
 
 
-def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: Path, line: int) -> None:
+def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: Path, begin: int) -> None:
     """Raise the error with the line and the column that the fast parser stumbled over."""
     delimiter = "\t" if found.delimiter == SPACES else found.delimiter
-    width = len(found.names)
+    width, line = len(found.names), _line_at(path, found, begin)
     checked = [(i, n) for i, n in enumerate(found.names) if n in convert.include_columns and pa.types.is_floating(convert.column_types[n])]
     for offset, raw in enumerate(body.split(b"\n")):
         text = as_text(raw)
@@ -230,12 +233,25 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
             raise SstlError(what, where=where, fix=fix, code="E327")
         for i, name in checked:
             if i < len(cells) and not _readable(cells[i], found.decimal):
+                cell = _as_written(path, begin, offset, cells[i], found)
                 raise SstlError(
-                    f"column '{name}' holds {printable(_blanks(cells[i][:40]))!r}, not a number",
+                    f"column '{name}' holds {printable(_blanks(cell[:40]))!r}, not a number",
                     where=where,
-                    fix=AGAIN if cells[i] == name else _how_to_mend(cells[i]),
+                    fix=AGAIN if cell == name else _how_to_mend(cell),
                     code="E328",
                 )
+
+
+def _as_written(path: Path, begin: int, number: int, cell: str, found: TextLayout) -> str:
+    """Return a cell of a line, so many behind the one at a byte, as the file holds it, where the line was written anew to be read."""
+    if found.forms is None:
+        return cell
+    with opened(path) as file:
+        file.seek(begin)
+        lines = file.read(BLOCK_BYTES + MAX_LINE_BYTES).split(found.line_end)
+    written = as_text(lines[number]) if number < len(lines) else ""
+    again = dict(zip(cut(found.forms.line(written), found.delimiter), cut(written, found.delimiter), strict=False))
+    return cell if cell in written else again.get(cell, written.strip())
 
 
 def grouped_in(path: Path) -> str:
@@ -265,6 +281,22 @@ def remarks(path: Path) -> list[str]:
         above = file.read(found.first_byte).split(found.line_end)
     lines = map(as_text, above)
     return [line for line in lines if sum(n in line for n in found.names) < 2]
+
+
+def remarks_within(path: Path) -> list[str]:
+    """Return the comments between the samples, each once."""
+    found = layout_of(path, Layout())
+    if not found.comment:
+        return []
+    told: dict[str, None] = {}
+    with opened(path) as file:
+        file.seek(found.first_byte)
+        for raw, _, _ in _pieces(file, found, path, sys.maxsize):
+            if found.comment.encode() in raw and len(told) < MAX_REMARKS:
+                told |= {
+                    as_text(m[0]).strip(): None for m in re.finditer(rb"(?m)^[ \t]*" + re.escape(found.comment.encode()) + rb".*$", raw)
+                }
+    return list(told)[:MAX_REMARKS]
 
 
 def _blanks(cell: str) -> str:

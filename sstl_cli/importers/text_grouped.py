@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from itertools import zip_longest
 
 from sstl_cli.importers.text_cells import SPACES, cut, marks_known
 from sstl_cli.importers.text_forms import Forms
@@ -29,6 +30,8 @@ def grouped_forms(lines: Sequence[str], by: str) -> Forms | None:
     --------
     >>> grouped_forms(["0;987,5", "1;1.234,5"], ";").line("2;1.235,5"), grouped_forms(["1;1.234"], ";")
     ('2;1235,5', None)
+    >>> grouped_forms(["980;987,5", "1.000;1.234,5"], ";").line("1.020;9,5")
+    '1020;9,5'
     """
     if by == SPACES:
         return None
@@ -41,9 +44,12 @@ def grouped_forms(lines: Sequence[str], by: str) -> Forms | None:
     never = _groups(_NEVER_DECIMAL) + rb"((?:%b\d*)?)" % decimal
     parts = [never]
     if punctuation:
-        mark = re.escape(punctuation.pop()).encode()
-        # with its decimal sign, or with a second mark
-        parts += [_groups(mark) + rb"(%b\d*)" % decimal, rb"([+-]?\d{1,3})%b(\d{3})%b(\d{3})(?:%b(\d{3}))?" % ((mark,) * 3)]
+        sign = punctuation.pop()
+        mark = re.escape(sign).encode()
+        # with its decimal sign, or with a second mark; where a cell shows both, a mark alone stands between thousands as well
+        shown = any(d for m, d in known if m == sign) and _whole_too([cut(line, by) for line in lines], sign)
+        alone = _groups(mark) if shown else rb"([+-]?\d{1,3})%b(\d{3})%b(\d{3})(?:%b(\d{3}))?" % ((mark,) * 3)
+        parts += [_groups(mark) + rb"(%b\d*)" % decimal, alone]
     cut_at = re.escape(by).encode()
     # of a table cut at commas a comma is a mark only between quotes
     quote = b'"' if by in {m for m, _ in known} | {d for _, d in known} else b'"?'
@@ -51,6 +57,18 @@ def grouped_forms(lines: Sequence[str], by: str) -> Forms | None:
     compiled = re.compile(pattern)
     cells = b"".join(rb"\g<%d>" % i for i in range(1, compiled.groups + 1))
     return Forms(compiled, cells, by)
+
+
+def _whole_too(rows: Sequence[Sequence[str]], mark: str) -> bool:
+    """Return whether each column with cells such as 1.000 holds smaller whole numbers, or cells with both marks, which show what the mark is there."""
+    one = re.compile(rf"[+-]?\d{{1,3}}{re.escape(mark)}\d{{3}}")
+    for cells in zip_longest(*rows, fillvalue=""):
+        held = [c for c in cells if one.fullmatch(c)]
+        told = any(re.fullmatch(r"[+-]?\d{1,3}", c) or marks_known(c) != ("", "") for c in cells)
+        # 0.125 has a decimal mark
+        if held and (not told or any(c.lstrip("+-").startswith("0") for c in held)):
+            return False
+    return True
 
 
 def _groups(mark: bytes) -> bytes:

@@ -84,8 +84,8 @@ def test_two_marks_of_one_kind_are_of_thousands(tmp_path: Path) -> None:
 
 
 def test_a_lone_mark_is_refused_beside_the_other_as_decimal_sign(tmp_path: Path) -> None:
-    """1,234 of a column without decimals is left as it is also where another column shows that commas stand between thousands."""
-    columns = (grouped(MS, ",", ".", 0), grouped(IN, ",", "."), grouped(OUT, ",", "."))
+    """1,234 of a column without smaller numbers is left as it is also where another column shows that commas stand between thousands."""
+    columns = (grouped(1000 + np.arange(len(T)), ",", ".", 0), grouped(IN, ",", "."), grouped(OUT, ",", "."))
     with pytest.raises(SstlError, match=r"E328.*'Time \(ms\)' holds '1,\d\d\d'.*without marks between thousands"):
         guess([written(tmp_path / "a.csv", "Time (ms);Fin (mN);Fout (mN)", *columns)])
 
