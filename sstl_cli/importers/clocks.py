@@ -13,6 +13,10 @@ MAX_GRID = 1 << 21
 WINDOWS = 8
 MIN_SAMPLES = 32
 MIN_CORRELATION = 0.5
+# of what an offset alone leaves, how much may remain with a drift, as in the check of a log; friction's loop stays as it is
+REMAINS = 0.5
+# samples and offsets that are tried
+COMPARED, OFFSETS = 1 << 14, 81
 
 
 @dataclass(frozen=True)
@@ -21,7 +25,8 @@ class ClockReport:
 
     ``offset_s`` and ``drift_ppm`` carry standard errors from the least-squares residuals, ``correlation`` says how
     well the content agrees once they are removed. Without shared content the numbers also hold the lag of the
-    transmission itself (hysteresis delays the output), so they are reported and not applied by default.
+    transmission itself (hysteresis delays the output), so they are reported and not applied by default, and a drift only where
+    ``drift_tells`` it; else it is None.
     """
 
     reference: str
@@ -64,10 +69,10 @@ class ClockReport:
             if self.shared_content
             else "; not a clock fault where friction delays the output: this holds the lag of the transmission, as no shared content is named"
         )
+        drift = "" if self.drift_ppm is None else f"drift {self.drift_ppm:.4g} ppm (se {self.drift_se_ppm:.2g}), "
         return (
             f"clock '{self.clock}' against '{self.reference}': "
-            f"offset {self.offset_s:.6g} s (se {self.offset_se_s:.2g}), "
-            f"drift {self.drift_ppm:.4g} ppm (se {self.drift_se_ppm:.2g}), "
+            f"offset {self.offset_s:.6g} s (se {self.offset_se_s:.2g}), {drift}"
             f"correlation {self.correlation:.3f}, {used}{hint}"
         )
 
@@ -122,6 +127,35 @@ def compare(
     # the fit maps reference to clock; the report maps back, which to first order needs the same numbers
     inverse = rate / (1 + rate)
     return ClockReport(reference, clock, offset, offset_se, inverse * 1e6, rate_se * 1e6, correlation, origin + offset, shared)
+
+
+def drift_tells(report: ClockReport, time_a: Array, a: Array, time_b: Array, b: Array) -> bool:
+    """Return whether a drift explains most of what an offset alone leaves between an input and its output, as friction's loop does not.
+
+    Parameters
+    ----------
+    report : ClockReport
+        What ``compare`` found of the same series.
+    time_a, a, time_b, b : ndarray, shape (n,), (m,)
+        Times in s and values.
+    """
+    assert report.offset_s is not None and report.drift_ppm is not None
+    origin, drift = report.origin_s - report.offset_s, 1e-6 * report.drift_ppm
+    some = slice(None, None, max(1, len(a) // COMPARED))
+    moved = abs(drift) * float(np.ptp(time_a)) if len(time_a) else 0.0
+    offsets = report.offset_s + np.linspace(-moved, moved, OFFSETS)
+    alone = min(_misfit(time_a[some], a[some], time_b, b, float(offset), 0.0, origin) for offset in offsets)
+    return _misfit(time_a[some], a[some], time_b, b, report.offset_s, drift, origin) < REMAINS * alone
+
+
+def _misfit(ta: Array, a: Array, tb: Array, b: Array, offset: float, drift: float, origin: float) -> float:
+    """Return what a line from one series leaves of the other (RMS), infinite where they do not meet."""
+    y = on_grid(ta + offset + drift * (ta - origin), tb, b)
+    good = np.isfinite(y) & np.isfinite(a)
+    if good.sum() < MIN_SAMPLES:
+        return float("inf")
+    line = np.polyfit(a[good], y[good], 1)
+    return float(np.sqrt(np.mean((y[good] - np.polyval(line, a[good])) ** 2)))
 
 
 def _lag(ta: Array, a: Array, tb: Array, b: Array, step: float, limit: float) -> tuple[float, float]:

@@ -7,7 +7,7 @@ found. In the second pass the reference is read block by block and the others fo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import Notes
 from sstl_cli.importers.chunk import Chunk, rows_of
-from sstl_cli.importers.clocks import ClockReport, compare, on_grid
+from sstl_cli.importers.clocks import ClockReport, compare, drift_tells, on_grid
 from sstl_cli.importers.columns import Advance, blocks_of, label_of
 from sstl_cli.importers.finder import TimeBase
 from sstl_cli.importers.overlap import overlapping
@@ -88,7 +88,7 @@ def _first_look(plan: Plan, pairs: dict[TimeBase, Pair | None], notes: Notes, ad
             time = clock.times(block.columns, len(block), index)
             if clock != plan.clock:
                 keep, top = advancing(time, top)
-                notes.aside("repeated or backward time on a second clock", int(len(time) - keep.sum()))
+                notes.aside("repeated or backward time on a second clock", int(np.isfinite(time).sum() - keep.sum()))
             else:
                 keep = np.ones(len(time), bool)
             if np.isnan(look.first) and keep.any():
@@ -145,7 +145,9 @@ def _met(
     a, b = (here.series[pair[0].target].arrays(), there.series[pair[1].target].arrays()) if pair else (none, none)
     report = compare(_name(plan, plan.clock), _name(plan, clock), *a, *b, max_offset_s, shared=plan.content is not None)
     applied = align == "apply" and report.estimated
-    reports.append(report.applied(applied))
+    # friction's loop, which pulls the content of pull and release apart, is fitted by a drift as well
+    told = applied or report.shared_content or not report.estimated or drift_tells(report, *a, *b)
+    reports.append(report.applied(applied) if told else replace(report, drift_ppm=None, drift_se_ppm=None))
     return report.to_reference if applied else _as_is
 
 

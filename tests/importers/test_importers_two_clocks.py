@@ -147,3 +147,53 @@ def test_no_lag_is_told_between_copies_of_one_clock(same: bool, tmp_path: Path) 
     list(result.runs)
     assert len(result.clocks) == (0 if same else 1)
     assert same or "not a clock fault where friction delays the output" in result.clocks[0].sentence()
+
+
+def played(x: np.ndarray, pull: float, release: float) -> np.ndarray:
+    """Return what a play operator passes on of an input (N)."""
+    out = [pull * float(x[0])]
+    for value in x[1:]:
+        out.append(min(max(out[-1], pull * float(value)), release * float(value)))
+    return np.array(out)
+
+
+@pytest.mark.parametrize(("wave", "friction"), [("sine", 0.1), ("sine", 0.5), ("sum", 0.5), ("triangle", 0.5)])
+def test_the_loop_of_friction_is_no_drift(wave: str, friction: float, tmp_path: Path) -> None:
+    t = np.arange(0.0, 40.0, 0.01)
+    waves = {
+        "sine": -np.cos(0.8 * t),
+        "sum": 0.6 * np.sin(0.7 * t) + 0.3 * np.sin(2.7 * t + 1),
+        "triangle": 4 * np.abs((t / 7) % 1 - 0.5) - 1,
+    }
+    x = 7 + 5 * waves[wave]
+    y = played(x, np.exp(-friction), np.exp(friction))
+    rng = np.random.default_rng(2)
+    a, b = x + rng.normal(0, 0.01, len(t)), y + rng.normal(0, 0.01, len(t))
+    result, _ = imported(tmp_path, np.c_[t, a], np.c_[t + 1e-4, b, x])
+    [report] = result.clocks
+    assert report.estimated and report.drift_ppm is None and "drift" not in report.sentence()
+
+
+def test_a_drift_beyond_the_loop_is_told(tmp_path: Path) -> None:
+    t = np.arange(0.0, 60.0, 0.01)
+    x = motion(t)
+    result, _ = imported(tmp_path, np.c_[t, x], np.c_[t * 1.01, played(x, 0.99, 1.01), x])
+    [report] = result.clocks
+    assert report.drift_ppm == pytest.approx(9900, abs=500) and "drift" in report.sentence()
+
+
+def test_empty_cells_of_a_shorter_clock_are_not_set_aside(tmp_path: Path) -> None:
+    t = np.arange(0.0, 20.0, 0.01)
+    lines = [
+        f"{v:.2f},{w:.5f}," + (f"{t[2 * i] + 0.001:.3f},{motion(t[2 * i]):.5f}" if 2 * i < len(t) else ",")
+        for i, (v, w) in enumerate(zip(t, motion(t), strict=True))
+    ]
+    (tmp_path / "a.csv").write_text("t1,force,t2,load\n" + "\n".join(lines) + "\n")
+    columns = {
+        "time_s": "t1",
+        "tension_in_n": {"column": "force", "unit": "N"},
+        "tension_out_n": {"column": "load", "unit": "N", "time": "t2"},
+    }
+    result = step.run([tmp_path / "a.csv"], mapping_of({"columns": columns, "constants": {"system": "act"}}, "test"))
+    assert sum(len(run) for run in result.runs) > 0.99 * len(t)
+    assert not any("second clock" in reason for reason in result.counts.notes.set_aside)
