@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sstl_cli.importers.guess_parts import TRIAL, Columns, at, before, next_word
+from sstl_cli.importers.guess_parts import TRIAL, Columns, at, before, next_word, next_words
 from sstl_cli.importers.guess_words import words
 
 # behind a number these are its unit
@@ -28,7 +28,7 @@ TURNS = words("roll pitch yaw twist tilt tip rot rotation torsion phase knob")
 DECIMAL = words("p d pt point dot komma comma ,")
 _TEMPERATURES = words("c f k celsius fahrenheit")
 # with fewer a number behind a bend counts takes, with more it is a date or the count of a recorder
-_ANGLE_DIGITS = (2, 3)
+_ANGLE_DIGITS, _YEAR_DIGITS = (2, 3), 4
 
 
 def angle_behind(i: int, columns: Columns) -> str:
@@ -84,20 +84,22 @@ def angle_doubt(i: int, columns: Columns) -> str:
     if unit in _BENT and k != i + 1 and front not in BEND:
         return f"does {part} in front of '{unit}' tell the bending configuration? If not, take config_id out"
     other = _number_behind(k, columns)
-    if unit in _DEGREES and k != i + 1 and other and float(other) > float(part):
+    if unit in _DEGREES and k != i + 1 and other and len(set(columns[i])) == 1 and float(other) > float(part):
         return f"is {part} {unit} the bend, or {other} behind it?"
-    if not unit and len(other) in range(_ANGLE_DIGITS[0], _ANGLE_DIGITS[1] + 1) and other[0] != "0":
+    if not unit and len(other) >= _ANGLE_DIGITS[0] and other[0] != "0":
         return f"is {part}{at(i + 1, columns)}{other} one bend, or does {other} tell something else?"
     return ""
 
 
 def _number_behind(i: int, columns: Columns) -> str:
-    """Return the number behind a place, over what separates them, that is the same in all names and has no unit, an empty text for none."""
+    """Return the number behind a place, over what separates them, that may be an angle as well; an empty text for none, one that varies or has a unit, and a date."""
     k = next_word(i, 1, columns)
-    alone = (
-        k is not None and k > i + 1 and at(k, columns)[:1].isdigit() and len(set(columns[k])) == 1 and not at(k + 1, columns)[:1].isalpha()
-    )
-    return at(k, columns) if k is not None and alone else ""
+    if k is None or k == i + 1 or not at(k, columns)[:1].isdigit() or len(set(columns[k])) > 1 or at(k + 1, columns)[:1].isalpha():
+        return ""
+    following = next_words(k, columns)[:2]
+    # by its year: 60_90_120 are three more
+    dated = len(following) == 2 and all(map(str.isdigit, following)) and len(following[1]) == _YEAR_DIGITS
+    return at(k, columns) if not dated and len(at(k, columns)) <= _ANGLE_DIGITS[1] else ""
 
 
 def _speed(i: int, columns: Columns) -> bool:

@@ -151,7 +151,8 @@ def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int],
         if label == "config_id" and before(i, columns) == "r" and _counts(i, columns) and _bend_elsewhere(i, columns):
             # act_bend45_r1: the bend has a word of its own, and r counts repeats
             continue
-        if label and label not in labels.values():
+        unsure = label == "config_id" and angle_doubt(i, columns) != "" and _sure_elsewhere(i, columns)
+        if label and label not in labels.values() and not unsure:
             labels[i] = label
             asked.append(_doubt(i, label, columns))
         elif label:
@@ -184,6 +185,11 @@ def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int],
 def _bend_elsewhere(i: int, columns: Columns) -> bool:
     """Return whether another number has a word for a bend that is no r."""
     return any(k != i and _label(k, values, columns) == "config_id" and before(k, columns) != "r" for k, values in enumerate(columns))
+
+
+def _sure_elsewhere(i: int, columns: Columns) -> bool:
+    """Return whether another number is a bend beyond doubt: pi4 or 20 °C in front of it is not the label."""
+    return any(k != i and _label(k, v, columns) == "config_id" and not _doubt(k, "config_id", columns) for k, v in enumerate(columns))
 
 
 def _named_by(places: list[int], columns: Columns) -> str:

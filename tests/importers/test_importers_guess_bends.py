@@ -123,6 +123,7 @@ def test_an_angle_over_a_blank_or_with_a_sign_is_read(stem: str, bend: str) -> N
         ("act_1.57_rad", "bend in rad"),
         ("act_bend45_90", "45_90 one bend"),
         ("act_bend30-60", "30-60 one bend"),
+        ("act_bend30_60_90_120", "30_60 one bend"),
         ("act_22,5deg", "22,5 one number"),
         ("act_20 deg C", "a temperature"),
         ("act_20°C", "a temperature"),
@@ -137,7 +138,18 @@ def test_an_angle_that_may_be_another_is_asked(stem: str, question: str) -> None
     assert "config_id" in found.labels and question in found.question
 
 
-@pytest.mark.parametrize("stem", ["act_bend45_1", "act_bend45_003", "act_bend45_20240514", "act_bend45_run90", "act_bend45_20C"])
+@pytest.mark.parametrize(
+    "stem",
+    [
+        "act_bend45_1",
+        "act_bend45_003",
+        "act_bend45_20240514",
+        "act_bend45_14_05_2024",
+        "act_45_deg_2024-05-14",
+        "act_bend45_run90",
+        "act_bend45_20C",
+    ],
+)
 def test_what_counts_behind_a_bend_is_not_asked(stem: str) -> None:
     assert not name_pattern([stem]).question
 
@@ -147,6 +159,13 @@ def test_a_folder_tells_an_angle_over_a_blank(tmp_path: Path) -> None:
     folder.mkdir()
     _, found = proposed(folder / "act_1.csv", TABLE)
     assert tomllib.loads(found.toml)["constants"] == {"config_id": "90"} and "'90_deg'" in asked(found, "file_name")
+
+
+@pytest.mark.parametrize(("stem", "other"), [("pi4_act_bend45", "4"), ("act_20°C_45deg", "20"), ("act_theta90_bend45", "90")])
+def test_a_sure_bend_goes_before_one_in_doubt(stem: str, other: str) -> None:
+    found = name_pattern([stem])
+    assert search(found.pattern, [stem])[0] == {"system": "act", "config_id": "45"}
+    assert f"{other} may be the config_id too" in found.question
 
 
 def test_a_dash_behind_a_letter_is_a_hyphen() -> None:
