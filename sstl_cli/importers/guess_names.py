@@ -32,6 +32,8 @@ from sstl_cli.importers.guess_words import (
 RUN_IN_FRONT = re.compile(
     r"\s*(?:latest|(?:data[ _]?set|run|trial|test|datensatz|versuch|messung|essai|ensayo|prova|serie|series)[ _]*\d+)\s*:\s*", re.IGNORECASE
 )
+# Force (N) Run #1, as other programs write it
+RUN_BEHIND = re.compile(r".*\brun\s*#?\s*\d+\s*", re.IGNORECASE)
 _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]{0,40})[\])}>]")
 # -Fin, ch2-ch1, Fin x2, Fin*10, Fin 10^3
 _COMPUTED = re.compile(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.importers.guess_names import RUN_IN_FRONT, Said
+from sstl_cli.importers.guess_names import RUN_BEHIND, RUN_IN_FRONT, Said
 from sstl_cli.importers.guess_words import QUANTITY_OF, RMS, SIDE_OF, TREATED, UNIT_WORDS
 
 Array = NDArray[np.float64]
@@ -169,7 +169,7 @@ def _which(many: list[Said]) -> str:
     others = ", ".join(repr(s.name) for s in many[1:5])
     if not others:
         return ""
-    if all(RUN_IN_FRONT.match(s.name) for s in many):
+    if all(RUN_IN_FRONT.match(s.name) or RUN_BEHIND.fullmatch(s.name) for s in many):
         return f"or {others}? They are runs side by side: write each to a file of its own"
     one_sensor = any(w in TREATED for s in many for w in s.words)
     return f"or {others}? {'name the one that was measured' if one_sensor else 'give each tendon a mapping of its own'}"

@@ -52,8 +52,9 @@ def test_a_run_in_front_of_a_colon_is_no_word_of_the_channel(run_in_front: str, 
     assert said("Motor: Force (N)").side == "in"
 
 
-def test_runs_side_by_side_are_no_tendons(tmp_path: Path) -> None:
-    names = ",".join(f"Run {k}: {n}" for k in (1, 2) for n in ("Time (s)", "Force In (N)", "Force Out (N)"))
+@pytest.mark.parametrize("form", ["Run {k}: {n}", "{n} Run #{k}"])
+def test_runs_side_by_side_are_no_tendons(form: str, tmp_path: Path) -> None:
+    names = ",".join(form.format(k=k, n=n) for k in (1, 2) for n in ("Time (s)", "Force In (N)", "Force Out (N)"))
     _, found = proposed(tmp_path / "act_bend30.csv", f"{names}\n" + rows(T, X, Y, T, X, Y))
     assert "runs side by side" in found.toml and "tendon" not in found.toml
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from header_table import T, X, Y, rows
+from proposals import proposed
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.guess import guess
@@ -93,10 +94,12 @@ def test_a_clock_of_the_position_is_no_position(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("sep", [";", ","])
 def test_numbers_with_both_marks_tell_which_is_the_decimal_one(sep: str, tmp_path: Path) -> None:
-    # at the end of the sample all readings are in thousands, and 2,990 ms alone may be a number with a decimal comma
+    # at the end of the sample all readings are in thousands; 980 ms at its beginning shows what 2,990 ms is
     lines = (sep.join(f'"{c}"' for c in (f"{10 * i:,}", f"{900 + 10 * i:,.1f}", f"{800 + 9 * i:,.1f}")) for i in range(300))
-    error = refused(tmp_path / "a.csv", sep.join(("Time (ms)", "Fin (mN)", "Fout (mN)")) + "\n" + "\n".join(lines) + "\n")
-    assert "without marks between thousands" in error.fix
+    path = tmp_path / "act_bend30.csv"
+    _, found = proposed(path, sep.join(("Time (ms)", "Fin (mN)", "Fout (mN)")) + "\n" + "\n".join(lines) + "\n")
+    [log] = run([path], mapping_of(tomllib.loads(found.toml), "test")).runs
+    assert not found.questions and np.allclose(log.time_s, 0.01 * np.arange(300)) and np.allclose(log.tension_in_n, 0.9 + log.time_s)
 
 
 def test_a_table_behind_a_line_of_words_is_to_be_split_off(tmp_path: Path) -> None:
