@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 _WHOLE = {"ms": "ms", "us": "us", "µs": "us", "μs": "us"}
 # of a step, how far equal clocks may lie apart where they are written with other places
 SAME_STEP = 0.01
+# of a topic of a robot's log: when its messages came, and when they were sent
+RECEIVED, STAMP = "@time", ".header.stamp"
 # of two clocks of which one states no unit: either may have the larger one
 _UNITS = np.array([1.0, 60.0, 1e3, 3600.0, 6e4, 86_400.0, 1e6, 3.6e6, 6e7, 8.64e7, 1e9, 3.6e9, 8.64e10])
 FACTORS = np.concatenate([_UNITS, 1.0 / _UNITS])
@@ -118,6 +120,58 @@ def with_own_clocks(
     ask = f"'{apart.name}' is another clock: whose? for a channel of its own clock add {own_time(one(apart)) or 'time'} to its line"
     body, _, question = time.line.partition(MARK)
     return Clocks(replace(time, line=body + MARK + "; ".join(filter(None, (question, ask)))))
+
+
+def clocks_of_channels(own: Mapping[str, str], used: Sequence[str], data: Mapping[str, Array]) -> Clocks:
+    """Return the clocks of a file that has one for each channel: the sender's stamps where a message holds them, as what is received may have waited.
+
+    Parameters
+    ----------
+    own : mapping of str to str
+        The clock of each channel, in s.
+    used : sequence of str
+        Channels of the input and the output tension, the input's first.
+    data : mapping
+        First samples of each channel, shape (n,).
+    """
+    first = used[0]
+    stamps = {n: stamp for n, clock in own.items() if (stamp := _sent(clock)) in data}
+    sent = {n: stamp for n, stamp in stamps.items() if runs_forward(trimmed(data[stamp]))}
+    base = sent.get(first, own[first])
+    time = _in_seconds(base)
+    if first in sent:
+        why = f"time_s: '{base}', when '{first}' was sent ('{own[first]}' is when it came)"
+        ask = _asked_of_senders([(sent[n], own[n]) for n in used if n in sent], data)
+        theirs = {n: _in_seconds(stamp) for n, stamp in sent.items() if stamp != base}
+        return Clocks(replace(time, line=time.line + ask, reasons=(why,)), theirs)
+    time = replace(time, reasons=(f"time_s: '{base}', the clock of '{first}'",))
+    if first in stamps and np.ptp(data[stamps[first]]) > 0.0:
+        ask = f"when it came; '{stamps[first]}', when it was sent, goes back at times: sort the messages by it and take it instead?"
+        time = replace(time, line=f"{time.line}{MARK}{ask}")
+    return Clocks(time)
+
+
+def _asked_of_senders(clocks: Sequence[tuple[str, str]], data: Mapping[str, Array]) -> str:
+    """Return the question that is left where one side comes later after it was sent than another, by more than a step of theirs."""
+    late = {sent: _middle(data[came]) - _middle(data[sent]) for sent, came in clocks if came in data}
+    step = max((float(np.median(np.diff(data[sent]))) for sent in late), default=0.0)
+    if len(late) < 2 or max(late.values()) - min(late.values()) <= step:
+        return ""
+    said = ", ".join(f"'{sent}' comes {by:.3g} s" for sent, by in late.items())
+    return f"{MARK}{said} after it was sent: are the senders on one clock? If not, take what ends in {RECEIVED}"
+
+
+def _middle(values: Array) -> float:
+    return float(np.median(values))
+
+
+def _sent(received: str) -> str:
+    """Return what the sender's stamps beside a clock of a topic are called, an empty text for a clock of another kind."""
+    return received.removesuffix(RECEIVED) + STAMP if received.endswith(RECEIVED) else ""
+
+
+def _in_seconds(clock: str) -> TimeGuess:
+    return TimeGuess(f'time_s = {{ column = {json.dumps(clock, ensure_ascii=False)}, unit = "s" }}', clock, ())
 
 
 def _is_clock(one: Said, data: dict[str, Array]) -> bool:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_beside import Beside, told_beside
-from sstl_cli.importers.guess_clocks import Clocks, clock_if_forward, with_own_clocks
+from sstl_cli.importers.guess_clocks import Clocks, clock_if_forward, clocks_of_channels, with_own_clocks
 from sstl_cli.importers.guess_config import chosen_config, config_columns, labelling
 from sstl_cli.importers.guess_fractions import Parts, sums
 from sstl_cli.importers.guess_groups import with_groups
@@ -133,11 +133,10 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
         whole, parts = sums(names, one)
         clocks = with_own_clocks(names, whole, time, chosen_ones, chosen.ID in TABLES, lambda s: _alone(s, names, one, parts))
         time = clocks.time
-    clock = own.get(roles.first[0].name) if roles.first else None
-    if clock is not None:
+    if roles.first and roles.first[0].name in own:
         # formats with a clock for each channel tell the time themselves, in s
-        line = f'time_s = {{ column = "{clock}", unit = "s" }}'
-        time = TimeGuess(line, clock, (f"time_s: '{clock}', the clock of '{roles.first[0].name}'",))
+        clocks = clocks_of_channels(own, [x.name for x in (*roles.first, *roles.second)], data)
+        time = clocks.time
     time = replace(time, reasons=(*_told_first(runs, channels), *time.reasons, *left_out))
     beside = told_beside(chosen, path, found, told, chosen.ID in TABLES, lambda name: _first_texts(chosen, path, name)[0])
     tensions = tuple(measured(moving))

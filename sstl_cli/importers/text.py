@@ -228,8 +228,9 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
                     "holds a record with other keys than those before",
                     "give every record the same keys, null where nothing was read",
                 )
-            elif not any(map(is_number, cells)):
-                fix = "it holds words alone: where another table begins, split the file there, else remove the line"
+            elif 2 * sum(map(is_number, cells)) < sum(c.strip() != "" for c in cells):
+                # what says how a block was recorded may hold a number or two
+                fix = "it holds words: where another table begins, split the file there, else remove the line"
             raise SstlError(what, where=where, fix=fix, code="E327")
         for i, name in checked:
             if i < len(cells) and not _readable(cells[i], found.decimal):

@@ -118,3 +118,12 @@ def test_unicode_text_of_a_spreadsheet_is_read(encoding: str, tmp_path: Path) ->
     assert one.tension_out_n == pytest.approx(Y, abs=1e-3) and "statistics below the samples (Media)" in str(done.counts.notes)
     (tmp_path / "log.txt").write_bytes(text.encode(encoding)[:-3])
     assert len(list(run([tmp_path / "log.txt"], read_mapping(tmp_path / "rig.toml")).runs)) == 1
+
+
+def test_a_second_block_with_a_line_of_its_own_is_said_to_be_one(tmp_path: Path) -> None:
+    block = rows(T, X, Y, sep="\t")
+    text = f"Time\tProximal Force\tDistal Force\nSec\tN\tN\n{block}\nDaq: Timed\t\tTime:\t52.010\tSec\nTime\tProximal Force\tDistal Force\n{block}"
+    with pytest.raises(SstlError) as error:
+        proposed(tmp_path, text)
+    said = str(error.value.fix)
+    assert error.value.code == "E327" and "where another table begins, split the file there" in said and "skip_rows" not in said

@@ -23,6 +23,8 @@ EXPLAINED, FAR = 0.12, 0.2
 LOUD, RESOLVED = 10.0, 1e-4
 # standard errors by which a correlation of noises that know nothing of each other may be off
 CHANCE = 5.0
+# bends and systems in which a channel rests at one level that friction would leave at several
+SEVERAL = 2
 # how much more than the friction that other runs show is beyond doubt
 BEYOND = 1.7
 
@@ -47,6 +49,25 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                     column_line(i),
                 )  # fmt: skip
             yield from _midway([e for e in log if resting[e.run_id] <= MOST_WRAP], i, severity, seen)
+        yield from _everywhere([e for e in log if e.usable and e.both_tensions], i)
+
+
+def _everywhere(log: Sequence[Evidence], i: int) -> Iterator[Remark]:
+    """Yield all runs where a channel rests at one level in all of several bends or systems: friction leaves each line where it was moved to last."""
+    if not log or not all(_told_apart(e, i) and _rests(e, i) for e in log) or len({(e.config_id, e.system) for e in log}) < SEVERAL:
+        return
+    levels, noise_n = [e.ranges[i].middle for e in log], max(e.sensors[i].noise_n for e in log)
+    hit = [e for e in log if needed(e, i) <= MOST_WRAP]
+    if not hit or max(levels) - min(levels) > NOISE * noise_n:
+        return
+    level, low, high = float(np.median(levels)), min(e.ranges[1 - i].low for e in hit), max(e.ranges[1 - i].high for e in hit)
+    holds = max(high / level, level / max(low, noise_n)) if level > 0.0 else math.inf
+    yield Remark(
+        tuple(e.run_id for e in hit), RULE, "remark", level, "N",
+        f"{names([e.run_id for e in hit])}: the {WORDS[i]} stays at {level:.3g} N in every run while the {WORDS[1 - i]} goes from {low:.3g} to {high:.3g} N; "
+        f"its sensor is probably dead or not connected (friction of n theta {math.log(holds):.2g} would be needed to let nothing through)",
+        column_line(i),
+    )  # fmt: skip
 
 
 def _both(log: Sequence[Evidence]) -> Iterator[Remark]:
@@ -109,10 +130,15 @@ def _midway(log: Sequence[Evidence], i: int, severity: Severity, seen: float) ->
 
 def needed(e: Evidence, i: int) -> float:
     """Return n theta that friction would need to keep a channel where it rests, 0 where it moves by more than its noise."""
-    rest, high = e.ranges[i], e.ranges[1 - i].high
-    if not _told_apart(e, i) or rest.span > NOISE * e.sensors[i].noise_n:
+    high = e.ranges[1 - i].high
+    if not _told_apart(e, i) or not _rests(e, i):
         return 0.0
-    return math.log(high / (abs(rest.middle) + ZERO * high))
+    return math.log(high / (abs(e.ranges[i].middle) + ZERO * high))
+
+
+def _rests(e: Evidence, i: int) -> bool:
+    """Whether a channel moves by no more than its noise."""
+    return e.ranges[i].span <= NOISE * e.sensors[i].noise_n
 
 
 def lost_by(e: Evidence, i: int) -> float:

@@ -65,8 +65,8 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
             hit = [e for e in log if e in hit or (e.ahead is not None and abs(e.ahead.delay_s - usual) < AGREES * abs(usual))]
         if not early:
             # creep and slow friction delay some movements and change their shape, a clock moves all of them as they are
-            # and a filter smooths: what is without noise is late by it, and no clock's
-            hit = [e for e in hit if e.loops and e.play is not None and e.play.explained > SHAPE and not smooth(e, 1)]
+            # and a filter smooths: what is without noise is late by it, and no clock's; what an output that goes one way lacks is backlash as well
+            hit = [e for e in hit if e.propagates_back and e.loops and e.play is not None and e.play.explained > SHAPE and not smooth(e, 1)]
             hit = _beyond_drag(hit, log)
             hit = [e for e in hit if _clear(e) or not any(_in_time(o) for o in log if o.system == e.system)]
             if hit:
