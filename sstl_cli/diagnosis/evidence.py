@@ -62,12 +62,13 @@ def information(sim: Simulator, f: Fit) -> Array:
     return np.asarray(a + 1e-10 * np.diag(np.diag(a)) + 1e-12 * np.eye(len(a)))
 
 
-def inverse(a: Array) -> Array:
-    """Return the inverse of an information matrix, shape (k, k), each parameter in a unit of its own size.
+def inverse(a: Array, ridge: float = 0.0) -> Array:
+    """Return the inverse of an information matrix, shape (k, k), each parameter in a unit of its own size and a ridge (a share of it) beside it.
 
     Weights of parameters differ by twenty decades as they stand (N s/mm beside rad), and what rounding then cuts off would look
     as if it were known exactly.
     """
+    a = a + ridge * np.diag(np.diag(a) + 1e-12)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(a), np.finfo(float).tiny))
     both = np.outer(scale, scale)
     return np.asarray(np.linalg.pinv(a * both, hermitian=True) * both)

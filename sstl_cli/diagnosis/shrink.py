@@ -87,7 +87,7 @@ def parameter_intervals(sim: Simulator, f: Fit) -> list[Interval | None]:
     score[:, :configs] = np.bincount(index * configs + sim.config, jw[:, 0] * rw, count * configs).reshape(count, configs)
     for i in range(len(f.free)):
         score[:, configs + i] = np.bincount(index, jw[:, 1 + i] * rw, count)
-    known = inverse(a + 1e-9 * np.diag(np.diag(a) + 1e-12))
+    known = inverse(a, 1e-9)
     sandwich = known @ (score.T @ score) @ known * (count / max(count - len(a), 1))
     # a direction without information gives a variance of rounding errors, of either sign
     se = np.sqrt(np.maximum(np.maximum(np.diag(sandwich), np.diag(known))[configs:], 0.0))

@@ -85,10 +85,11 @@ def findings(piece: Piece, optional: tuple[str, ...] = ()) -> list[Finding]:
     usable = {c: v for c, v in usable.items() if n >= MIN_SAMPLES and not bool(unsound(v).any())}
     reach = max((float(np.ptp(v)) for v in usable.values()), default=0.0)
     period = filtering.sampling(piece.columns["time_s"]) if n > 1 and "time_s" in piece.columns else math.nan
-    lives = {name: live_of(values, _grain(values)[1] or quantisation(values)) for name, values in usable.items()}
+    grains = {name: _grain(values) for name, values in usable.items()}
+    lives = {name: live_of(values, grains[name][1] or quantisation(values)) for name, values in usable.items()}
     for name, values in usable.items():
         other = next((v for o, v in usable.items() if o != name), None)
-        found += _signal(name, values, reach, other, lives[name], period)
+        found += _signal(name, values, reach, other, grains[name], lives[name], period)
     if any(f.what == "digits lost" for f in found):
         # a channel that turns within one decade shows it less
         found = [f for f in found if f.what not in ("spikes", "saturation")]
@@ -232,13 +233,15 @@ def _missed(time: Array, step: Array, period: float) -> tuple[int, int]:
     return sum(rows), len(rows)
 
 
-def _signal(name: str, values: Array, reach: float, other: Array | None, live: Live, period_s: float) -> list[Finding]:
+def _signal(
+    name: str, values: Array, reach: float, other: Array | None, grid: tuple[int, float], live: Live, period_s: float
+) -> list[Finding]:
     span = float(np.ptp(values))
     n = len(values)
     if span == 0.0:
         return [Finding(FAILURE, "flat channel", name, n, f"always {values[0]:.6g} N", "check the sensor and the mapping")]
     found = []
-    levels, grain = _grain(values)
+    levels, grain = grid
     # far below the noise it is the last digit of a file that tells them apart
     if grain > 0.0 and filtering.noise_sd(values) < LEVELS * grain:
         # a channel that hardly moves shows few levels of any converter: the further one of the two tells how fine it is

@@ -12,9 +12,9 @@ from sstl_cli.importers.guess_names import said
 from sstl_cli.importers.guess_remarks import bend_said, both_said, system_said
 from sstl_cli.importers.guess_starts import starts_said
 from sstl_cli.importers.guess_words import words
+from sstl_cli.importers.rates_said import LONGEST
 
 PASSES = words("pass passes")
-LONGEST = 1_000
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,8 @@ def told_beside(
     texts : callable
         The first values of a channel as text.
     """
-    beside = getattr(chosen, "remarks", None)
     with guarded(path, chosen.TITLE):
-        lines = list(beside(path)) if beside is not None else []
+        lines = remarks_of(chosen, path)
     single = [c.name for c in found if c.text and c.rows == 1 and c.name not in told]
     if not table:
         lines += dict.fromkeys(parts[0] for c in found if len(parts := re.split("[./]", c.name)) > 1)
@@ -60,6 +59,12 @@ def told_beside(
     between = [x[:LONGEST] for x in within(path)] if within is not None else []
     held = [*lines, *between, *(_throughout([c for c in found if c.name not in told], texts) if table else ())]
     return Beside(system_said(held, [c.name for c in found]), both_said(held), bend_said(held), starts_said(lines))
+
+
+def remarks_of(chosen: Format, path: Path) -> list[str]:
+    """Return the lines and properties that a file holds beside its readings, none in a format that has no such."""
+    beside = getattr(chosen, "remarks", None)
+    return list(beside(path)) if beside is not None else []
 
 
 def _throughout(found: Sequence[Channel], texts: Callable[[str], list[str]]) -> list[str]:

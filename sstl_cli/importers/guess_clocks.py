@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.units import unit_of
+from sstl_cli.importers.bags import TIME
 from sstl_cli.importers.guess_epochs import is_epoch
 from sstl_cli.importers.guess_names import Said, time_unit
 from sstl_cli.importers.guess_time import MARK, SAME_RATE, TimeGuess, counts, even, repeats, runs_forward, trimmed
@@ -22,8 +23,8 @@ Array = NDArray[np.float64]
 _WHOLE = {"ms": "ms", "us": "us", "µs": "us", "μs": "us"}
 # of a step, how far equal clocks may lie apart where they are written with other places
 SAME_STEP = 0.01
-# of a topic of a robot's log: when its messages came, and when they were sent
-RECEIVED, STAMP = "@time", ".header.stamp"
+# of a topic of a robot's log, beside when its messages came: when they were sent
+STAMP = ".header.stamp"
 # of two clocks of which one states no unit: either may have the larger one
 _UNITS = np.array([1.0, 60.0, 1e3, 3600.0, 6e4, 86_400.0, 1e6, 3.6e6, 6e7, 8.64e7, 1e9, 3.6e9, 8.64e10])
 FACTORS = np.concatenate([_UNITS, 1.0 / _UNITS])
@@ -158,7 +159,7 @@ def _asked_of_senders(clocks: Sequence[tuple[str, str]], data: Mapping[str, Arra
     if len(late) < 2 or max(late.values()) - min(late.values()) <= step:
         return ""
     said = ", ".join(f"'{sent}' comes {by:.3g} s" for sent, by in late.items())
-    return f"{MARK}{said} after it was sent: are the senders on one clock? If not, take what ends in {RECEIVED}"
+    return f"{MARK}{said} after it was sent: are the senders on one clock? If not, take what ends in {TIME}"
 
 
 def _middle(values: Array) -> float:
@@ -167,7 +168,7 @@ def _middle(values: Array) -> float:
 
 def _sent(received: str) -> str:
     """Return what the sender's stamps beside a clock of a topic are called, an empty text for a clock of another kind."""
-    return received.removesuffix(RECEIVED) + STAMP if received.endswith(RECEIVED) else ""
+    return received.removesuffix(TIME) + STAMP if received.endswith(TIME) else ""
 
 
 def _in_seconds(clock: str) -> TimeGuess:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
-from sstl_cli.importers.guess_beside import Beside, told_beside
+from sstl_cli.importers.guess_beside import Beside, remarks_of, told_beside
 from sstl_cli.importers.guess_clocks import Clocks, clock_if_forward, clocks_of_channels, with_own_clocks
 from sstl_cli.importers.guess_config import chosen_config, config_columns, labelling
 from sstl_cli.importers.guess_fractions import Parts, sums
@@ -160,8 +160,7 @@ def _told_first(runs: str, channels: Sequence[Channel]) -> list[str]:
 def _with_units(chosen: Format, path: Path, found: list[Channel]) -> tuple[list[Channel], dict[str, str]]:
     """Return the channels with what columns of units beside them, and a line above, say in a table, and the questions that those raise."""
     if chosen.ID not in TABLES:
-        beside = getattr(chosen, "remarks", None)
-        return with_unit_said(found, beside(path) if beside is not None else ())
+        return with_unit_said(found, remarks_of(chosen, path))
     found, doubts = with_unit_columns(found, lambda name: _first_texts(chosen, path, name)[0])
     found, more = with_unit_said(found, remarks(path) if chosen.ID == "text" else ())
     starts = layout_of(path, Layout()).starts if chosen.ID == "text" else ""
@@ -365,8 +364,7 @@ def _rate(chosen: Format, path: Path, found: list[Channel]) -> Stated | None:
     named = [c.name for c in found if not c.text and named_rate(c.name)]
     # each alone: it may be as long as the readings, or one number
     held = rate_held({n: _read(chosen, path, [n])[n] for n in named})
-    beside = getattr(chosen, "remarks", None) if held is None and chosen.ID != "text" else None
-    step = rate_said(beside(path)) if beside is not None else math.nan
+    step = rate_said(remarks_of(chosen, path)) if held is None and chosen.ID != "text" else math.nan
     return Stated(step, "the file states it") if math.isfinite(step) else held
 
 

@@ -16,6 +16,7 @@ from sstl_cli.identification.gate.movement import POINTS, Movement, unlike
 from sstl_cli.identification.gate.remark import Remark, names
 
 RULE = "position"
+ITS_OWN = "position_in_mm = { column = ..., file = (the file of this run) }"
 # means by which a position is the same, within the rounding of their sums
 LEAST, ROUNDING = POINTS // 4, 1e-12
 # what one input may leave of another one of the same movement
@@ -47,7 +48,7 @@ def copied_of(log: Sequence[Evidence]) -> Iterator[Remark]:
     yield Remark(
         ids, RULE, "remark", 100.0 * left[worse.run_id], "%",
         said,
-        "position_in_mm = { column = ..., file = (the file of this run) }",
+        ITS_OWN,
     )  # fmt: skip
 
 

@@ -27,7 +27,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
     ]
     for i in (0, 1):
         # one table has one order of columns
-        if any(e.causes.enough and e.comes_back and e.propagates_back for e in log if e.usable):
+        if any(e.causes.enough and not e.one_way for e in log if e.usable):
             continue
         hit = [e for e in known if _goes_back(e, i) and _exchanged(e, i)]
         if 2 * len(hit) <= len(known):

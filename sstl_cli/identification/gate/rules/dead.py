@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -49,15 +49,15 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
                     column_line(i),
                 )  # fmt: skip
             yield from _midway([e for e in log if resting[e.run_id] <= MOST_WRAP], i, severity, seen)
-        yield from _everywhere([e for e in log if e.usable and e.both_tensions], i)
+        yield from _everywhere([e for e in log if e.usable and e.both_tensions], i, resting)
 
 
-def _everywhere(log: Sequence[Evidence], i: int) -> Iterator[Remark]:
+def _everywhere(log: Sequence[Evidence], i: int, resting: Mapping[str, float]) -> Iterator[Remark]:
     """Yield all runs where a channel rests at one level in all of several bends or systems: friction leaves each line where it was moved to last."""
     if not log or not all(_told_apart(e, i) and _rests(e, i) for e in log) or len({(e.config_id, e.system) for e in log}) < SEVERAL:
         return
     levels, noise_n = [e.ranges[i].middle for e in log], max(e.sensors[i].noise_n for e in log)
-    hit = [e for e in log if needed(e, i) <= MOST_WRAP]
+    hit = [e for e in log if resting[e.run_id] <= MOST_WRAP]
     if not hit or max(levels) - min(levels) > NOISE * noise_n:
         return
     level, low, high = float(np.median(levels)), min(e.ranges[1 - i].low for e in hit), max(e.ranges[1 - i].high for e in hit)

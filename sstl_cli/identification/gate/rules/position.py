@@ -11,7 +11,7 @@ from sstl_cli.core.units import UNITS
 from sstl_cli.identification.gate.evidence import Evidence
 from sstl_cli.identification.gate.movement import unlike
 from sstl_cli.identification.gate.remark import Remark, names
-from sstl_cli.identification.gate.repeated import copied_of
+from sstl_cli.identification.gate.repeated import ITS_OWN, copied_of
 from sstl_cli.identification.gate.rules.unrelated import NOTHING, unexplained
 
 RULE, RANK = "position", 80
@@ -144,7 +144,7 @@ def _foreign(moved: Sequence[Evidence]) -> Iterator[Remark]:
     yield Remark(
         (worst.run_id,), RULE, "remark", 100.0 * own[worst.run_id], "%",
         said,
-        "position_in_mm = { column = ..., file = (the file of this run) }",
+        ITS_OWN,
     )  # fmt: skip
 
 
