@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from made_truths import made_truth
 from scipy.stats import norm
+from soon import asked
 
 from sstl_cli.blind import distance, sides
 from sstl_cli.blind.cases import rebuild
@@ -166,10 +167,13 @@ def test_predicted_and_simulated_error_rates_agree():
     assert low <= norm.cdf(-0.5 * sqrt(case.d2_known)) <= high and 1.0 < case.d2_known < 40.0
 
 
+DELAY = ("channel_delay", "rig", 50, 2.0, 0.32)
+
+
 @pytest.mark.parametrize(
     ("effect", "simulator", "seed", "target", "free"),
     # a low-pass of three constants that shows a delay of two: P(chi^2 > 1); four constants against one; one that stands at its bound
-    [("channel_delay", "rig", 50, 2.0, 0.32), ("crosstalk", "variant", 47, 2.0, 0.30), ("gain_error", "rig", 41, 2.0, 0.07)],
+    asked((DELAY, ("crosstalk", "variant", 47, 2.0, 0.30), ("gain_error", "rig", 41, 2.0, 0.07)), DELAY, several=True),
 )
 def test_what_is_refitted_is_counted_in_the_predicted_rate(effect, simulator, seed, target, free):
     """The normal tail of D / 2 knows nothing of what models gain by chance: 50 % for 32 % and 22 % for 30 %."""

@@ -36,6 +36,7 @@ def test_broken_band_sensor_is_told_from_its_healthy_twin(tmp_path: Path) -> Non
     assert faulty["gap"]["rmse_base_n"] > 4.0 * healthy["gap"]["rmse_base_n"]
 
 
+@pytest.mark.slow
 def test_constant_friction_is_found_in_size_where_two_laws_that_are_both_off_are_about_as_likely(tmp_path: Path) -> None:
     files = sorted((DATA / "pneu-cylinder").glob("*.csv"))
     runs = imported(files, HERE.parent / "importers" / "mappings" / "pneu-cylinder.toml", tmp_path)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from identification_loops import play
 from identification_slips import lines
+from soon import asked
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
@@ -39,7 +40,7 @@ def each(change, runs):
     return [change(r) for r in runs]
 
 
-@pytest.mark.parametrize("top", [3.0, 24.0, 120.0])
+@pytest.mark.parametrize("top", asked((3.0, 24.0, 120.0), 24.0))
 @pytest.mark.parametrize(
     ("a", "b"), [("tension_in_n", "tension_ref_n"), ("tension_ref_n", "tension_out_n"), ("position_in_mm", "tension_in_n"), ("position_in_mm", "tension_ref_n")]
 )  # fmt: skip
@@ -144,7 +145,7 @@ SPOILT = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", SPOILT)
+@pytest.mark.parametrize("name", asked(SPOILT, *SPOILT[::2]))
 def test_a_line_that_mends_makes_the_recording_sound(name, tmp_path):
     runs = spoilt(name, [replace(r, tension_ref_n=None) for r in rig()])
     said = gate.remarks(runs)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from soon import asked
 from test_identification_gate_bookkeeping import loop
 
 from sstl_cli.core.runs import Run
@@ -18,7 +19,7 @@ def filled(r: Run, a: float, b: float) -> Run:
     return replace(r, tension_in_n=x, tension_out_n=y)
 
 
-@pytest.mark.parametrize("top", [3.0, 24.0, 120.0])
+@pytest.mark.parametrize("top", asked((3.0, 24.0, 120.0), 24.0))
 @pytest.mark.parametrize("noise", [2e-4, 2e-3])
 @pytest.mark.parametrize(("at", "length"), [(7.0, 1.0), (22.5, 3.0), (10.0, 8.0)])
 def test_a_gap_that_was_filled_is_told_with_its_place_and_length(top, noise, at, length):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from identification_loops import play
 from identification_slips import lines
+from soon import asked
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
@@ -80,7 +81,7 @@ def seamless(first, second):
     return k, replace(first, tension_out_n=np.concatenate((first.tension_out_n[:k], second.tension_out_n[k:])))
 
 
-@pytest.mark.parametrize("movement", [0, 1, 3, 4])
+@pytest.mark.parametrize("movement", asked((0, 1, 3, 4), 0, 3))
 @pytest.mark.parametrize("wraps", [(0.4, 0.55), (0.8, 0.6)])
 def test_two_bends_joined_where_both_read_the_same_are_told_with_time_and_friction(movement, wraps):
     k, r = seamless(*(moving(i, w, movement=movement) for i, w in enumerate(wraps)))
@@ -102,7 +103,7 @@ def test_friction_that_fades_over_a_path_without_end_is_not_asked_for_another_be
 
 
 @pytest.mark.parametrize("movement", range(5))
-@pytest.mark.parametrize("over_s", [3.0, 10.0, 30.0])
+@pytest.mark.parametrize("over_s", asked((3.0, 10.0, 30.0), 10.0))
 def test_friction_that_runs_in_is_no_second_recording(movement, over_s):
     r = moving(0, movement=movement)
     y, v = np.empty(N), r.tension_in_n[0] * np.exp(-0.5)

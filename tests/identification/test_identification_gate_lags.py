@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from identification_loops import play
 from identification_slips import lines
+from soon import asked
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
@@ -47,7 +48,7 @@ MOVES = [swept(), wandering(1), wandering(4, rate=200.0, low=5.0, high=80.0), sw
 
 
 @pytest.mark.parametrize("move", range(len(MOVES)))
-@pytest.mark.parametrize("size", [0.25, 0.32, 0.5])
+@pytest.mark.parametrize("size", asked((0.25, 0.32, 0.5), 0.32))
 def test_a_late_output_is_late_and_not_slow(move, size):
     t, x = MOVES[move]
     runs = []

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from identification_loops import multisine, play, trapezoid
 from identification_slips import BENDS, bend, lines
+from soon import asked
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
@@ -52,7 +53,7 @@ def stopped(run, first, last):
     return replace(run, tension_in_n=x)
 
 
-@pytest.mark.parametrize("noises", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("noises", asked((0.5, 1.0, 2.0), 1.0))
 @pytest.mark.parametrize(("first", "last"), [(0.4, 0.8), (0.3, 1.0), (0.0, 1.0)])
 @pytest.mark.parametrize("movement", [swings, stairs])
 def test_an_input_without_its_noise_while_the_output_moves_is_stuck(noises, first, last, movement):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from identification_loops import play
 from identification_slips import lines
+from soon import asked
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import filtering, gate, samples
@@ -33,7 +34,7 @@ def spikes(v):
 
 
 @pytest.mark.parametrize("kind", ["triangle", "waves"])
-@pytest.mark.parametrize("top", [4.0, 25.0, 90.0])
+@pytest.mark.parametrize("top", asked((4.0, 25.0, 90.0), 25.0))
 @pytest.mark.parametrize("channel", ["tension_in_n", "tension_out_n"])
 @pytest.mark.parametrize(("share", "at"), [(0.14, 0.37), (-0.2, 0.5), (0.3, 0.63)])
 def test_a_zero_that_jumps_is_told_with_its_channel_size_and_time_at_any_size(kind, top, channel, share, at):
@@ -48,7 +49,7 @@ def test_a_zero_that_jumps_is_told_with_its_channel_size_and_time_at_any_size(ki
     assert said.number == pytest.approx(jump, rel=0.15)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", asked(range(4), 0, 1))
 @pytest.mark.parametrize("wrap", [0.25, 0.7])
 def test_friction_that_changes_midway_is_no_other_zero(seed, wrap):
     a, b = moved("waves", seed, 20.0, wrap=wrap), moved("waves", seed, 20.0, wrap=1.3 * wrap)

@@ -1,8 +1,11 @@
 """The march of elastic lines side by side: what a plain march of each says, whatever goes beside it."""
 
+import itertools
+
 import numpy as np
 import pytest
 from line_reference import marched as reference
+from soon import asked
 
 from sstl_cli.physics.effect import Law, Mechanics, Transition
 from sstl_cli.physics.transmission.lanes import WIDTH
@@ -52,8 +55,11 @@ def runs(seed, friction, scaled=False):
     return into, lines
 
 
-@pytest.mark.parametrize("scaled", [False, True])
-@pytest.mark.parametrize("friction", list(FRICTION))
+# one line of each kind of friction by its own mu in every run of the suite, those of one mu beside the rigid one slowly
+@pytest.mark.parametrize(
+    ("friction", "scaled"),
+    asked(itertools.product(FRICTION, (True, False)), *((f, True) for f in FRICTION), ("rigid", False), several=True),
+)
 def test_lines_side_by_side_are_those_of_a_plain_march(friction, scaled):
     into, lines = runs(len(friction), friction, scaled)
     out = marched([(into, lines)])[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from physics_refits import table
+from soon import asked
 
 from sstl_cli.diagnosis.records import Problem, prepare
 from sstl_cli.diagnosis.shrink import parameter_intervals
@@ -48,11 +49,6 @@ OF_MODEL = tuple(i for i in FITTED if i not in OF_RIG)
 SMOOTH = {"stribeck": {"ratio": 1.02, "v_s_mm_s": 10.0}}
 
 
-def asked(effects, soon):
-    """Return parameters for each effect; those that are not among ``soon`` are slow."""
-    return [pytest.param(i, marks=[] if i in soon else [pytest.mark.slow]) for i in effects]
-
-
 def strengths(effect_id):
     return TABLE.CASES.get(effect_id) or typical(catalogue()[effect_id])
 
@@ -63,7 +59,7 @@ def estimates(effect_id, simulator, seed, values=None):
     return done, parameter_intervals(done.sim, done.fit)
 
 
-@pytest.mark.parametrize("effect_id", asked(FITTED, OF_MODEL))
+@pytest.mark.parametrize("effect_id", asked(FITTED, *OF_MODEL))
 def test_what_the_fast_model_made_comes_back(effect_id):
     values = SMOOTH.get(effect_id) or strengths(effect_id)
     done, intervals = estimates(effect_id, "transmission", 5, values)
@@ -75,7 +71,7 @@ def test_what_the_fast_model_made_comes_back(effect_id):
         assert abs(interval.estimate - truth[f.parameter.name]) <= half, f.parameter.name
 
 
-@pytest.mark.parametrize("effect_id", asked([i for i in FITTED if i not in JUMPS], OF_RIG))
+@pytest.mark.parametrize("effect_id", asked([i for i in FITTED if i not in JUMPS], *OF_RIG))
 def test_what_the_rig_made_comes_back(effect_id):
     done, intervals = estimates(effect_id, "rig", 3)
     truth = catalogue()[effect_id].complete(strengths(effect_id))
