@@ -35,7 +35,7 @@ from sstl_cli.diagnosis.constants import (
 )
 from sstl_cli.diagnosis.fit import Fit, fit
 from sstl_cli.diagnosis.latent import Slow
-from sstl_cli.diagnosis.records import Record, content, sampled, told
+from sstl_cli.diagnosis.records import Record, content, sampled_nats, told
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 
@@ -185,7 +185,7 @@ def _smoothed(records: Sequence[Record], systems: Collection[str]) -> dict[str, 
 def _readings_nats(records: Sequence[Record], coloured_n: float, lasting_s: float) -> float:
     """Return minus the log likelihood of the readings of inputs beside slow noise of a size (N) that lasts so long (s)."""
     most, slow = ENOUGH // len(records), Slow(coloured_n, lasting_s)
-    return sum(sampled(r, max(1, round(HEARD_S / r.raw.dt_s)), most, slow).nats for r in records)
+    return sum(sampled_nats(r, max(1, round(HEARD_S / r.raw.dt_s)), most, slow) for r in records)
 
 
 def _likeliest(records: Sequence[Record], into: Sensor, out: Sensor, lasting_s: float) -> tuple[Sensor, float]:
@@ -202,11 +202,16 @@ def _likeliest(records: Sequence[Record], into: Sensor, out: Sensor, lasting_s: 
         return _readings_nats(records, float(np.exp(level)), lasting_s) + unlike(level)
 
     # as loud as that of the output and as its own readings have it are two valleys
-    levels = np.sort([*np.log(LEVELS[::2] * into.white_n), like])
-    costs = [cost(x) for x in levels]
-    at = int(np.argmin(costs))
-    bounds = levels[max(at - 1, 0)], levels[min(at + 1, len(levels) - 1)]
-    found = minimize_scalar(cost, bounds=bounds, method="bounded", options={"maxiter": HEARD_TRIES, "xatol": HEARD_NEAR})
-    level, least = (float(found.x), float(found.fun)) if found.fun < costs[at] else (float(levels[at]), costs[at])
+    levels = np.unique([*np.log(LEVELS[::2] * into.white_n), like])
+    costs = np.array([cost(x) for x in levels])
+    at, quiet = int(np.argmin(costs)), float(costs[0]) - unlike(levels[0])
+    level, least, near = float(levels[at]), float(costs[at]), slice(max(at - 1, 0), at + 2)
+    # a valley falls between two levels no further than it has risen beside them: what then decides nothing is not looked for
+    gaps = np.diff(levels[near])
+    deepest = least - float(np.max(np.abs(np.diff(costs[near])) / gaps) * np.max(gaps))
+    if quiet - deepest > DECIDES_NATS:
+        options = {"maxiter": HEARD_TRIES, "xatol": HEARD_NEAR}
+        found = minimize_scalar(cost, bounds=tuple(levels[near][[0, -1]]), method="bounded", options=options)
+        level, least = (float(found.x), float(found.fun)) if found.fun < least else (level, least)
     # the lowest level is none
-    return Sensor(into.white_n, float(np.exp(level)), lasting_s), costs[0] - unlike(levels[0]) - least
+    return Sensor(into.white_n, float(np.exp(level)), lasting_s), quiet - least

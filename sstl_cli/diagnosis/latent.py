@@ -96,37 +96,40 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
         False where a reading says nothing.
     """
     n = len(signal)
-    if n < SHORTEST_SMOOTHED or white <= FINEST * float(np.ptp(signal)):
+    if not _noisy(signal, white):
         rate = np.gradient(signal, dt_s) if n > 1 else np.zeros(n)
         return Latent(
             np.asarray(signal, np.float64).copy(), rate, np.zeros(n), np.zeros((n, CHAIN)), 0.0, np.zeros(n), np.zeros(len(ROUNDINGS))
         )
-    use = np.ones(n, np.bool_) if known is None else np.asarray(known, np.bool_)
-    y = np.ascontiguousarray(signal - signal[0], np.float64)
-    r = white * white
-    # what is not there leaves no trace in the law of the error: whoever adds slow noise later adds it to nothing
-    slow = told.slow
-    noise = Reading(r, slow.sd_n * slow.sd_n, slow.kept(dt_s) if slow.sd_n > 0.0 else 0.0)
-    # rounds end in the valley in which they began
-    found = min((_settled(y, use, noise, start) for start in _starts(y, use, r)), key=lambda path: path.nats)
-    value, doubt, corners = found.mean[:, 0], np.zeros(n), _whole_corners(y, use, noise, found)
-    if corners is not None:
-        squares = found.squares.copy()
-        squares[:, 0], squares[:, 1] = np.maximum(2.0 * corners.variances - found.scales[0], 0.0), 0.0
-        split, found = value, _settled(y, use, noise, replace(found, squares=squares), WIDE_ROUNDS)
-        sharp = corners.sharp()
-        value = split + sharp * (found.mean[:, 0] - split)
-        doubt = np.sqrt(sharp * (1.0 - sharp)) * np.abs(found.mean[:, 0] - split)
-    smooth = _as_smooth(y, use, noise, found)
-    value, found = value + smooth.mean[:, 0] - found.mean[:, 0], smooth
+    asked = _asked(signal, dt_s, white, known, told.slow)
+    likeliest = _likeliest(*asked)
+    found, value, doubt = likeliest.smooth, likeliest.value, likeliest.doubt
     if told.rounded:
-        found, doubt = _rounded(y, use, noise, found, told.rounded), np.zeros(n)
+        found, doubt = _rounded(*asked, found, told.rounded), np.zeros(n)
         value, rounds = found.mean[:, 0], np.zeros(len(ROUNDINGS))
     else:
-        moved, open_ = _elsewhere(y, use, noise, found)
+        moved, open_ = _elsewhere(*asked, found)
         value, doubt = value + moved, np.hypot(doubt, open_)
-        rounds = found.nats - costs_of(y, use, noise, [_spread(found.steps[0], w) for w in ROUNDINGS], [found.steps[1]])
+        rounds = found.nats - costs_of(*asked, [_spread(found.steps[0], w) for w in ROUNDINGS], [found.steps[1]])
     return Latent(value + signal[0], found.mean[:, 1] / dt_s, found.variance, found.law, found.nats, doubt, rounds)
+
+
+def nats_of(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_], slow: Slow) -> float:
+    """Return the ``nats`` of :func:`latent` alone, which take less than what is not known of the signal."""
+    return _likeliest(*_asked(signal, dt_s, white, known, slow)).smooth.nats if _noisy(signal, white) else 0.0
+
+
+def _noisy(signal: Array, white: float) -> bool:
+    """Whether readings have noise, and are enough to be smoothed."""
+    return len(signal) >= SHORTEST_SMOOTHED and white > FINEST * float(np.ptp(signal))
+
+
+def _asked(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | None, slow: Slow) -> tuple[Array, Mask, Reading]:
+    """Return readings from the first one on, which of them count, and their noise."""
+    use = np.ones(len(signal), np.bool_) if known is None else np.asarray(known, np.bool_)
+    # what is not there leaves no trace in the law of the error: whoever adds slow noise later adds it to nothing
+    noise = Reading(white * white, slow.sd_n * slow.sd_n, slow.kept(dt_s) if slow.sd_n > 0.0 else 0.0)
+    return np.ascontiguousarray(signal - signal[0], np.float64), use, noise
 
 
 @dataclass(frozen=True)
@@ -143,6 +146,15 @@ class _Path:
 
 
 @dataclass(frozen=True)
+class _Smoothed:
+    """The likeliest path, the value along it, shape (n,), and the standard deviation of what depends on whether corners are sharp."""
+
+    smooth: _Path
+    value: Array
+    doubt: Array
+
+
+@dataclass(frozen=True)
 class _Corners:
     """Corners made whole: variances of all steps, shape (n,), places, and by how many nats the readings like each better than two."""
 
@@ -155,6 +167,22 @@ class _Corners:
         p = expit(DECIDES_NATS + self.nats)
         middle = 0.5 * (self.at[1:] + self.at[:-1])
         return np.asarray(p[np.searchsorted(middle, np.arange(len(self.variances)))])
+
+
+def _likeliest(y: Array, use: Mask, noise: Reading) -> _Smoothed:
+    """Return the likeliest path behind readings, and the value along it."""
+    # rounds end in the valley in which they began
+    found = min((_settled(y, use, noise, start) for start in _starts(y, use, noise.white)), key=lambda path: path.nats)
+    value, doubt, corners = found.mean[:, 0], np.zeros(len(y)), _whole_corners(y, use, noise, found)
+    if corners is not None:
+        squares = found.squares.copy()
+        squares[:, 0], squares[:, 1] = np.maximum(2.0 * corners.variances - found.scales[0], 0.0), 0.0
+        split, found = value, _settled(y, use, noise, replace(found, squares=squares), WIDE_ROUNDS)
+        sharp = corners.sharp()
+        value = split + sharp * (found.mean[:, 0] - split)
+        doubt = np.sqrt(sharp * (1.0 - sharp)) * np.abs(found.mean[:, 0] - split)
+    smooth = _as_smooth(y, use, noise, found)
+    return _Smoothed(smooth, value + smooth.mean[:, 0] - found.mean[:, 0], doubt)
 
 
 def _starts(y: Array, use: Mask, variance: float) -> list[_Path]:

@@ -47,22 +47,25 @@ def of_readings(signal: Array, fine: Array, good: Mask, fresh: Mask, thin: int, 
 def latent_means(
     signal: Array, known: Mask, fresh: Mask, rounding_n: float, thin: int, n: int, dt_s: float, told: Told = NOTHING
 ) -> Latent:
-    """Return the latent signal on the grid of the simulation (block means of ``thin`` samples).
+    """Return the latent signal on the grid of the simulation (block means of ``thin`` samples)."""
+    means, white, use = readings_of(signal, known, fresh, rounding_n, thin, n, dt_s, told.slow)
+    return latent(means, dt_s, white, use, told)
+
+
+def readings_of(
+    signal: Array, known: Mask, fresh: Mask, rounding_n: float, thin: int, n: int, dt_s: float, slow: Slow
+) -> tuple[Array, float, Mask]:
+    """Return block means of ``thin`` samples, their white noise (N) beside slow noise, and which of them are known.
 
     Of a slow sensor a block holds one reading at most: its noise is that of one.
     """
-    share = block_mean((known & fresh).astype(float), thin)[:n]
+    share, means = block_mean((known & fresh).astype(float), thin)[:n], block_mean(signal, thin)[:n]
     if fresh.all():
-        white = white_of(signal, known, rounding_n, dt_s / thin, told.slow)
-        return latent(block_mean(signal, thin)[:n], dt_s, white / np.sqrt(thin), share > 0.5, told)
+        return means, white_of(signal, known, rounding_n, dt_s / thin, slow) / float(np.sqrt(thin)), share > 0.5
     at = np.flatnonzero(fresh)
-    white = max(
-        white_beside(
-            slow_noise(signal[fresh], at.astype(float)), told.slow.sd_n, told.slow.kept(float(np.median(np.diff(at))) * dt_s / thin)
-        ),
-        rounding_n,
-    )
-    return latent(block_mean(signal, thin)[:n], dt_s, white, share > 0.0, told)
+    kept = slow.kept(float(np.median(np.diff(at))) * dt_s / thin)
+    white = max(white_beside(slow_noise(signal[fresh], at.astype(float)), slow.sd_n, kept), rounding_n)
+    return means, white, share > 0.0
 
 
 def unread_n(out: Latent, read: Mask, at: int) -> float:

@@ -17,8 +17,8 @@ from sstl_cli.diagnosis.constants import ANALYSIS_HZ, MIN_SAMPLES, MIN_SPAN_N, M
 from sstl_cli.diagnosis.driven import WITHIN, Input, at_corners, input_of, known_input
 from sstl_cli.diagnosis.jitter import Piece, unstamped
 from sstl_cli.diagnosis.kalman import MEAN_NEW, TURN
-from sstl_cli.diagnosis.latent import Latent, Slow, Told, block_mean, latent
-from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, unread_n, white_of
+from sstl_cli.diagnosis.latent import Latent, Slow, Told, block_mean, nats_of
+from sstl_cli.diagnosis.means import bridged, latent_means, of_readings, readings_of, unread_n, white_of
 from sstl_cli.diagnosis.motion import slip_of
 from sstl_cli.diagnosis.readings import agreed, folded, gaps, known, renewed, scanned, switched, unfolded
 from sstl_cli.diagnosis.recorder import Faults
@@ -300,19 +300,19 @@ def _record(run: Run, faults_in: Faults, faults_out: Faults, config: int) -> Rec
     )
 
 
-def sampled(r: Record, every: int, most: int, slow: Slow) -> Latent:
-    """Return the latent input behind every so many readings of a record, at most so many of them, beside slow noise.
+def sampled_nats(r: Record, every: int, most: int, slow: Slow) -> float:
+    """Return minus the log likelihood (nats) of every so many readings of a record's input, at most so many of them, beside slow noise.
 
     Of slow noise a sample is a sample; a mean of several would be smoother.
     """
-    run, faults = r.raw, r.faults_in
+    run, faults, dt_s = r.raw, r.faults_in, r.raw.dt_s * every
     good, fresh = known_input(run, faults), known(run, "tension_in_n")
     signal = bridged(run.tension_in_n, ~faults.bad)
     if not fresh.all():
-        return latent_means(signal, good, fresh, faults.rounding_n, every, min(len(run) // every, most), run.dt_s * every, Told(slow))
-    white = white_of(signal, good, faults.rounding_n, run.dt_s, slow)
-    part = slice(0, every * most, every)
-    return latent(signal[part], run.dt_s * every, white, good[part], Told(slow))
+        means, white, use = readings_of(signal, good, fresh, faults.rounding_n, every, min(len(run) // every, most), dt_s, slow)
+        return nats_of(means, dt_s, white, use, slow)
+    white, part = white_of(signal, good, faults.rounding_n, run.dt_s, slow), slice(0, every * most, every)
+    return nats_of(signal[part], dt_s, white, good[part], slow)
 
 
 def told(problem: Problem, slow: Mapping[str, Slow]) -> Problem:

@@ -14,8 +14,9 @@ from sstl_cli.diagnosis import driven, records
 from sstl_cli.diagnosis.clock import Corners
 from sstl_cli.diagnosis.constants import MIN_SAMPLES
 from sstl_cli.diagnosis.kalman import MEAN_NEW, TURN
-from sstl_cli.diagnosis.latent import Latent, Slow
-from sstl_cli.diagnosis.records import Passes, Start, passing, prepare, representatives, sampled, starts_of, told
+from sstl_cli.diagnosis.latent import Latent, Slow, Told, latent
+from sstl_cli.diagnosis.means import white_of
+from sstl_cli.diagnosis.records import Passes, Start, passing, prepare, representatives, sampled_nats, starts_of, told
 
 PROBLEM = simulator().problem
 T = np.arange(0.0, 20.0, 0.02)
@@ -161,9 +162,16 @@ def test_an_input_whose_sensor_has_slow_noise_is_known_less_well_and_only_that_o
     heard = told(replace(PROBLEM, records=PROBLEM.records[:1]), {"act": slow}).records[0]
     assert (heard.told_n, heard.told_s) == (0.05, 0.2) and np.median(heard.error_n) > 3.0 * np.median(PROBLEM.records[0].error_n)
     assert told(PROBLEM, {"sstl": slow}).records == PROBLEM.records
-    r = PROBLEM.records[0]
-    # every second reading, no more than three hundred of them
-    assert len(sampled(r, 2, 300, slow).value) == 300 and len(sampled(r, 10, 300, slow).value) == 200
+
+
+def test_readings_at_a_distance_are_as_likely_as_those_of_a_latent_input_of_their_own():
+    slow, r = Slow(0.05, 0.2), PROBLEM.records[0]
+    signal, known = r.raw.tension_in_n, np.ones(len(r.raw), bool)
+    white = white_of(signal, known, r.faults_in.rounding_n, r.raw.dt_s, slow)
+    # every second reading, no more than three hundred of them, and every tenth
+    for every, count in ((2, 300), (10, 200)):
+        part = latent(signal[::every][:300], every * r.raw.dt_s, white, told=Told(slow))
+        assert len(part.value) == count and sampled_nats(r, every, 300, slow) == part.nats != 0.0
 
 
 def test_of_each_movement_one_configuration_stands_for_the_others_in_turn():
