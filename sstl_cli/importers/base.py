@@ -57,13 +57,15 @@ class Block:
 
 @dataclass(frozen=True)
 class Layout:
-    """How text files are cut into columns; other formats ignore it."""
+    """How text files are cut into columns, and into blocks of one header; other formats ignore it."""
 
     skip_rows: int = 0
     delimiter: str | None = None
     header: bool | None = None
     decimal: str | None = None
     comment: str | None = None
+    blocks: str | None = None
+    block_lines: tuple[str, ...] = ()
 
 
 @dataclass

@@ -45,7 +45,7 @@ class TextFollower:
     """
 
     def __init__(self, path: Path, mapping: Mapping) -> None:
-        if mapping.files.merge != "no" or mapping.runs is not None:
+        if mapping.files.merge != "no" or mapping.runs is not None or mapping.text.blocks is not None:
             raise SstlError(
                 "a mapping that merges or splits files cannot follow one", where=str(path), fix="import the finished files", code="E356"
             )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.base import Layout, detect
 from sstl_cli.importers.finder import Recording
+from sstl_cli.importers.guess_blocks import of_all
 from sstl_cli.importers.guess_dropouts import with_dropouts
 from sstl_cli.importers.guess_files import Named, name_pattern, shared_labels, side_of, side_words, taken
 from sstl_cli.importers.guess_folders import with_folders
@@ -86,6 +87,7 @@ def guess(paths: list[Path], wanted: str | None = None) -> Guess:
             look.own,
             look.beside.system,
             look.groups,
+            of_all([(x.path, x.blocks) for x in looks]),
         )
     )
     toml = toml + '\n[files]\nmerge = "rows"\n' if rows else toml

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.importers.base import Channel, Format, Layout, Notes, detect, guarded
 from sstl_cli.importers.guess_beside import Beside, remarks_of, told_beside
+from sstl_cli.importers.guess_blocks import Stacked, stacked
 from sstl_cli.importers.guess_clocks import Clocks, clock_if_forward, clocks_of_channels, with_own_clocks
 from sstl_cli.importers.guess_config import chosen_config, config_columns, labelling
 from sstl_cli.importers.guess_fractions import Parts, sums
@@ -41,10 +42,11 @@ from sstl_cli.importers.guess_time import TimeGuess, guess_time, trimmed
 from sstl_cli.importers.guess_unit_columns import with_unit_columns, with_unit_said
 from sstl_cli.importers.guess_words import words
 from sstl_cli.importers.rates_said import rate_said
-from sstl_cli.importers.text import OR_ELSEWHERE, grouped_in, remarks
+from sstl_cli.importers.text import grouped_in, remarks
 from sstl_cli.importers.text_cells import WITHOUT_MARKS
 from sstl_cli.importers.text_header import unit_in
 from sstl_cli.importers.text_layout import layout_of
+from sstl_cli.importers.text_mend import OR_ELSEWHERE
 from sstl_cli.importers.waveforms import OWN
 
 Array = NDArray[np.float64]
@@ -77,6 +79,7 @@ class Look:
     own: Mapping[str, TimeGuess] = field(default_factory=dict)
     groups: Groups | None = None
     beside: Beside = field(default_factory=Beside)
+    blocks: Stacked | None = None
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -91,7 +94,8 @@ class Look:
 
 def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     """Return what a file seems to hold, of a format that is given or found; SstlError where it cannot be read or has no two numeric channels."""
-    chosen = as_ or detect(path, wanted)
+    blocks = stacked(path) if as_ is None and detect(path, wanted).ID == "text" else None
+    chosen = as_ or blocks or detect(path, wanted)
     found = chosen.channels(path, Layout())
     prefix, runs, groups = _runs(chosen, path, found, as_ is not None)
     all_runs = partial(named_in_runs, runs, [c.name for c in found])
@@ -117,6 +121,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     names = [asking(s, doubts.get(s.name, "")) for s in (_said(c, chosen) for c in channels)]
     names = with_marks(path, names) if chosen.ID == "text" else names
     # a clock may begin anew with each run that the labels tell apart
+    first = min(first or blocks.rows_of_first, blocks.rows_of_first) if blocks is not None else first
     one = {n: v[:first] for n, v in data.items()}
     names = [clock_if_forward(s, one.get(s.name)) for s in names]
     texts = [c.name for c in found if c.text and said(c.name).quantity == "time"]
@@ -137,10 +142,10 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
         # formats with a clock for each channel tell the time themselves, in s
         clocks = clocks_of_channels(own, [x.name for x in (*roles.first, *roles.second)], data)
         time = clocks.time
-    time = replace(time, reasons=(*_told_first(runs, channels), *time.reasons, *left_out))
+    time = replace(time, reasons=(*_told_first(runs, channels, blocks), *time.reasons, *left_out))
     beside = told_beside(chosen, path, found, told, chosen.ID in TABLES, lambda name: _first_texts(chosen, path, name)[0])
     tensions = tuple(measured(moving))
-    return Look(path, chosen, tuple(names), data, time, roles, tensions, labels, runs, clocks.own, groups, beside)
+    return Look(path, chosen, tuple(names), data, time, roles, tensions, labels, runs, clocks.own, groups, beside, blocks)
 
 
 def _runs(chosen: Format, path: Path, found: list[Channel], given: bool) -> tuple[str, str, Groups | None]:
@@ -150,10 +155,11 @@ def _runs(chosen: Format, path: Path, found: list[Channel], given: bool) -> tupl
     return (groups.prefix, groups.pattern, groups) if groups is not None else (prefix, runs, None)
 
 
-def _told_first(runs: str, channels: Sequence[Channel]) -> list[str]:
-    """Return the reasons that stand before those of the clock: what labels say, and that runs stand side by side."""
+def _told_first(runs: str, channels: Sequence[Channel], blocks: Stacked | None) -> list[str]:
+    """Return the reasons that stand before those of the clock: what labels say, and that runs stand side by side or below each other."""
     labelled = [f"'{c.name}' is '{c.label}'" for c in channels if c.label]
     out = [f"by its labels {', '.join(labelled)}"] if labelled else []
+    out += [blocks.reason] if blocks is not None else []
     return [*out, f"every '{runs}' holds the same channels: runs of their own"] if runs else out
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.core.units import is_unit, unit_of
+from sstl_cli.importers.guess_blocks import Stacked
 from sstl_cli.importers.guess_clocks import SAME_STEP, own_time
 from sstl_cli.importers.guess_files import Named, side_words, taken
 from sstl_cli.importers.guess_labels import LabelColumn
@@ -79,6 +80,7 @@ class Proposal:
     own: Mapping[str, TimeGuess] = field(default_factory=dict)
     system: str = ""
     groups: Groups | None = None
+    blocks: Stacked | None = None
 
 
 def written(p: Proposal) -> str:
@@ -89,6 +91,7 @@ def written(p: Proposal) -> str:
         lines.append(f"file_name = '{pattern}'" + _mark(p.named.question))
     if p.runs:
         lines.append(f"runs = '{p.runs}'" + _mark(p.groups.question if p.groups is not None else ""))
+    lines += _stacked(p.blocks) if p.blocks is not None else []
     files = _files(p.pair) if p.pair else ("", "")
     lines += ["", "[columns]", _with(p.time.line, files[0])]
     for target, file in zip(SIDES, files, strict=True):
@@ -118,6 +121,14 @@ def written(p: Proposal) -> str:
         lines += [f'key = "{"folder" if p.pair.by_folder else "take"}"'] if p.pair is not None and p.pair.files > 2 else []
     lines += _clocks(p.pair) if p.pair is not None else []
     return "\n".join([*lines, ""])
+
+
+def _stacked(blocks: Stacked) -> list[str]:
+    """Return the lines of blocks of one header below each other."""
+    patterns = ", ".join(f"'{x.pattern}'" for x in blocks.labels)
+    asks = "; ".join(filter(None, (x.question for x in blocks.labels)))
+    lines = ["", "[text]", 'blocks = "runs"' + _mark(blocks.question)]
+    return [*lines, f"block_lines = [{patterns}]" + _mark(asks)] if patterns else lines
 
 
 def _system(roles: Roles) -> str:

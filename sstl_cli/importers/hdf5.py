@@ -168,6 +168,7 @@ def walk(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
         place = h5py.h5o.get_info(group.id).addr
         if place in above or len(above) > MAX_DEPTH:
             continue
+        below: list[tuple[str, Any, tuple[int, ...]]] = []
         for key in sorted(group.keys()):
             count += 1
             require_few(path, count, "groups and datasets")
@@ -182,7 +183,7 @@ def walk(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
                 continue
             item = group[key]
             if isinstance(item, h5py.Group):
-                stack.append((f"{prefix}{key}/", item, (*above, place)))
+                below.append((f"{prefix}{key}/", item, (*above, place)))
             elif isinstance(item, h5py.Dataset) and _usable(item):
                 if item.external or item.is_virtual:
                     raise SstlError(
@@ -190,6 +191,8 @@ def walk(file: Any, path: Path) -> Iterator[tuple[str, Any]]:
                     )
                 _check(path, prefix + key, item, size)
                 yield prefix + key, item
+        # the last is taken first
+        stack += reversed(below)
 
 
 def is_char(dataset: Any) -> bool:

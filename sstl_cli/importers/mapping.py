@@ -97,6 +97,21 @@ class Text(Model):
     header: bool | None = None
     decimal: Literal[".", ","] | None = None
     comment: str | None = Field(default=None, min_length=1, max_length=4)
+    blocks: Literal["runs", "append"] | None = None
+    block_lines: tuple[str, ...] = Field(default=(), max_length=len(LABELS))
+
+    @field_validator("block_lines")
+    @classmethod
+    def _compile(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for pattern in value:
+            compiled(pattern)
+        return value
+
+    @model_validator(mode="after")
+    def _in_blocks(self) -> Text:
+        if self.block_lines and self.blocks is None:
+            raise ValueError('block_lines are those of blocks: write blocks = "runs", or "append" where they are one recording')
+        return self
 
 
 class Time(Model):

@@ -18,6 +18,7 @@ from sstl_cli.importers.mapping import LABELS, REQUIRED, SIGNAL_DIMENSION, Refer
 from sstl_cli.importers.mapping import Mapping as MappingFile
 from sstl_cli.importers.pattern import starts
 from sstl_cli.importers.systems import system_of
+from sstl_cli.importers.text_blocks import NAME, SIGN
 
 Array = NDArray[np.float64]
 
@@ -141,8 +142,26 @@ def plan_of(files: list[Recording], mapping: MappingFile, labels: dict[str, str 
             from_columns[label] = find.channel(source, label)[1].name
         elif label not in labels and label not in mapping.constants and find.has(label):
             from_columns[label] = find.channel(Source(column=label), label)[1].name
+        if label not in from_columns and mapping.text.blocks is not None and find.has(SIGN + label):
+            # the block's own line is nearer than the name of its file
+            from_columns[label] = SIGN + label
+    if mapping.text.blocks == "runs" and "run_id" not in from_columns:
+        from_columns["run_id"] = _run_of_block(mapping, labels, signals, clock, find)
     constants = _constants(mapping, labels, from_columns, find.where)
     return Plan(tuple(files), clock, tuple(signals), from_columns, constants, run_name, content, tuple(notes), units)
+
+
+def _run_of_block(mapping: MappingFile, labels: dict[str, str | float], signals: list[Signal], clock: TimeBase, find: Finder) -> str:
+    """Return the channel that tells the blocks of a text file apart; SstlError where one name shall hold for all of them, or they have several clocks."""
+    if not find.has(NAME):
+        what, fix = "is no text file, and blocks are those of one", "take blocks out of the mapping"
+    elif "run_id" in labels or "run_id" in mapping.constants:
+        what, fix = "run_id is one for all blocks of the file", "leave it out: each block is called after the file, with its number"
+    elif any(s.clock != clock for s in signals):
+        what, fix = "blocks hold channels with clocks of their own", "split the file into one for each block"
+    else:
+        return NAME
+    raise SstlError(what, where=find.where, fix=fix, code="E331")
 
 
 def _constants(mapping: MappingFile, labels: dict[str, str | float], from_columns: Mapping[str, str], where: str) -> dict[str, str | float]:

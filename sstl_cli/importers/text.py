@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
@@ -14,12 +15,13 @@ import pyarrow.csv as pc
 
 from sstl_cli.core.errors import SstlError, printable
 from sstl_cli.core.runs import ahead
-from sstl_cli.importers.base import Block, Channel, Layout, Notes
-from sstl_cli.importers.text_cells import GROUPED, MINUS, MISSING, SPACES, WITHOUT_MARKS, cut, grouped_sign, is_number
+from sstl_cli.importers.base import Block, Channel, Layout, Notes, Values
+from sstl_cli.importers.text_blocks import NAME, SIGN, head_of, labels_of_block, labels_told, parts_of
+from sstl_cli.importers.text_cells import MINUS, MISSING, SPACES, WITHOUT_MARKS, cut, grouped_sign, is_number
 from sstl_cli.importers.text_file import opened, wide_encoding
-from sstl_cli.importers.text_footer import footer_of
-from sstl_cli.importers.text_forms import WITHOUT_UNITS
+from sstl_cli.importers.text_footer import Footer, footer_of
 from sstl_cli.importers.text_layout import MAX_LINE_BYTES, TextLayout, as_text, layout_of
+from sstl_cli.importers.text_mend import again, blanks, how_to_mend, readable
 from sstl_cli.importers.text_stamps import StampReader
 
 ID = "text"
@@ -29,12 +31,8 @@ RANK = 90
 BLOCK_BYTES = 4 << 20
 # comments between samples that are looked at
 MAX_REMARKS = 1_000
-OR_ELSEWHERE = "if this mark is the decimal one, it is another column that has marks between thousands"
 # the blanks that a spreadsheet writes between thousands, which are also cut at as blanks
 _NARROW = re.compile(r"[+-]?\d{1,3}(?:[\u00a0\u202f\u2009]\d{3})+(?:[.,]\d*)?")
-AGAIN = "the header stands there again, as of a recorder that began anew: split the file there"
-# 2.03 lbf among numbers with another unit, or without
-_UNITED = re.compile(r"[+-]?\d+(?:[.,]\d+)?\s*[^\W\d_]+")
 _TOO_LONG = f"a line is longer than {MAX_LINE_BYTES >> 20} MiB"
 
 
@@ -50,7 +48,9 @@ def channels(path: Path, layout: Layout) -> list[Channel]:
     """Return the columns of the text: names from its header, else ``col1`` to ``colN``."""
     found = layout_of(path, layout)
     table = zip(found.names, found.units, found.text, found.stamps, strict=True)
-    return [Channel(n, None, "s" if stamps else u, text=t, label=found.labels.get(n, ""), stamps=stamps) for n, u, t, stamps in table]
+    columns = [Channel(n, None, "s" if stamps else u, text=t, label=found.labels.get(n, ""), stamps=stamps) for n, u, t, stamps in table]
+    told = [NAME, *(f"{SIGN}{label}" for label in labels_told(layout))] if layout.blocks else []
+    return [*columns, *(Channel(n, text=True) for n in told)]
 
 
 def require_once(name: str, names: Collection[str], where: str) -> None:
@@ -73,6 +73,11 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
         With the line number, for text in a number column, a line of another width, or one too long.
     """
     found = layout_of(path, layout)
+    of_block = [n for n in labels if layout.blocks and n.startswith(SIGN) and n not in found.names]
+    labels = [n for n in labels if n not in of_block]
+    if not numbers and not labels:
+        # rows are counted in a column
+        labels = list(found.names[:1])
     wanted = list(dict.fromkeys([*numbers, *labels]))
     stamps = [n for n, stamped in zip(found.names, found.stamps, strict=True) if stamped and n in numbers]
     types = {n: pa.binary() if n in stamps else pa.float64() for n in numbers} | {n: pa.binary() for n in labels if n not in numbers}
@@ -87,30 +92,80 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
         decimal_point=found.decimal,
         check_utf8=False,
     )
-    yield from ahead(_blocks(path, found, parse, convert, numbers, labels, notes))
+    rows = _Rows(path, found, parse, convert, numbers, labels, notes)
+    yield from ahead(_stacked(rows, layout, of_block) if layout.blocks else _blocks(rows))
 
 
-def _blocks(
-    path: Path, found: TextLayout, parse: pc.ParseOptions, convert: pc.ConvertOptions, numbers: list[str], labels: list[str], notes: Notes
-) -> Iterator[Block]:
+@dataclass(frozen=True)
+class _Rows:
+    """What turns lines of a text log into columns."""
+
+    path: Path
+    found: TextLayout
+    parse: pc.ParseOptions
+    convert: pc.ConvertOptions
+    numbers: list[str]
+    labels: list[str]
+    notes: Notes
+
+    def stamps(self) -> dict[str, StampReader]:
+        """Return a reader for each column of times written as text, which begins anew."""
+        found = self.found
+        return {n: StampReader() for n, stamped in zip(found.names, found.stamps, strict=True) if stamped and n in self.numbers}
+
+    def columns(self, raw: bytes, offset: int, last: bool, stamps: dict[str, StampReader]) -> dict[str, Values]:
+        """Return the columns of lines that begin at a byte, none where no line holds anything."""
+        body = _normal(raw, self.found)
+        if last:
+            body = _whole_lines(body, self.found, self.notes)
+        if not body.strip():
+            return {}
+        table = _parse(body, self.found, self.parse, self.convert, self.path, offset)
+        try:
+            block: dict[str, Values] = {
+                n: stamps[n].seconds(_texts(table.column(n))) if n in stamps else _numbers(table.column(n)) for n in self.numbers
+            }
+        except ValueError as error:
+            raise _no_time(str(error), body, self.path, _line_at(self.path, self.found, offset)) from None
+        return block | {n: _strings(table.column(n)) for n in self.labels if n not in self.numbers}
+
+
+def _blocks(rows: _Rows) -> Iterator[Block]:
+    with opened(rows.path) as file:
+        file.seek(rows.found.first_byte)
+        footer = _footer(rows)
+        stamps = rows.stamps()
+        for raw, offset, last in pieces(file, rows.found, rows.path, footer.end):
+            position = file.tell()
+            if columns := rows.columns(raw, offset, last, stamps):
+                yield Block(columns, position)
+
+
+def _footer(rows: _Rows) -> Footer:
+    """Return the rows of statistics at the end of a file, which are counted."""
+    footer = footer_of(rows.path, rows.found)
+    rows.notes.aside(f"rows of statistics below the samples ({', '.join(footer.names)})", len(footer.names))
+    return footer
+
+
+def _stacked(rows: _Rows, layout: Layout, of_block: list[str]) -> Iterator[Block]:
+    """Yield the rows of blocks below each other with what the channels ``of_block`` tell of each."""
+    path, found = rows.path, rows.found
+    head = head_of(path, found)
+    if head is None:
+        fix = "take blocks out of the mapping, or split the file into one for each"
+        raise SstlError("has no header row that could begin another block", where=str(path), fix=fix, code="E323")
     with opened(path) as file:
         file.seek(found.first_byte)
-        footer = footer_of(path, found)
-        stamps = {n: StampReader() for n, stamped in zip(found.names, found.stamps, strict=True) if stamped and n in numbers}
-        notes.aside(f"rows of statistics below the samples ({', '.join(footer.names)})", len(footer.names))
-        for raw, offset, last in _pieces(file, found, path, footer.end):
-            position = file.tell()
-            body = _normal(raw, found)
-            if last:
-                body = _whole_lines(body, found, notes)
-            if body.strip():
-                table = _parse(body, found, parse, convert, path, offset)
-                try:
-                    block = {n: stamps[n].seconds(_texts(table.column(n))) if n in stamps else _numbers(table.column(n)) for n in numbers}
-                except ValueError as error:
-                    raise _no_time(str(error), body, path, _line_at(path, found, offset)) from None
-                block |= {n: _strings(table.column(n)) for n in labels if n not in numbers}
-                yield Block(block, position)
+        stamps, told = rows.stamps(), dict[str, str]()
+        for part in parts_of(pieces(file, found, path, _footer(rows).end), head, found, path, rows.notes):
+            if part.first:
+                # a clock goes over midnight within a block
+                stamps, told = rows.stamps(), labels_of_block(part, layout, path)
+            if columns := rows.columns(part.body, part.offset, part.last, stamps):
+                block = Block(columns, file.tell())
+                block.columns |= {c: pa.array([told[c]] * len(block), pa.string()) for c in of_block}
+                yield block
 
 
 def _no_time(cell: str, body: bytes, path: Path, line: int) -> SstlError:
@@ -120,7 +175,7 @@ def _no_time(cell: str, body: bytes, path: Path, line: int) -> SstlError:
     return SstlError(what, where=f"{path}, line {line}", fix="correct the value, or leave it empty for 'not measured'", code="E328")
 
 
-def _pieces(file: IO[bytes], found: TextLayout, path: Path, stop: int) -> Iterator[tuple[bytes, int, bool]]:
+def pieces(file: IO[bytes], found: TextLayout, path: Path, stop: int) -> Iterator[tuple[bytes, int, bool]]:
     """Yield byte blocks that end at a line end (all line ends become a line feed), where they begin, and the last."""
     rest = b""
     end = found.line_end
@@ -220,7 +275,7 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
         where = f"{path}, line {line + offset}"
         if len(cells) != width:
             if narrow := _NARROW.search(text):
-                what = f"holds {_blanks(narrow[0])!r} with a blank between thousands"
+                what = f"holds {blanks(narrow[0])!r} with a blank between thousands"
                 raise SstlError(what, where=where, fix=WITHOUT_MARKS, code="E328")
             what, fix = f"has {len(cells)} columns, the lines before have {width}", "correct or remove the line, or raise skip_rows"
             if found.forms is not None and text.lstrip().startswith("{"):
@@ -233,12 +288,12 @@ def _explain(body: bytes, found: TextLayout, convert: pc.ConvertOptions, path: P
                 fix = "it holds words: where another table begins, split the file there, else remove the line"
             raise SstlError(what, where=where, fix=fix, code="E327")
         for i, name in checked:
-            if i < len(cells) and not _readable(cells[i], found.decimal):
+            if i < len(cells) and not readable(cells[i], found.decimal):
                 cell = _as_written(path, begin, offset, cells[i], found)
                 raise SstlError(
-                    f"column '{name}' holds {printable(_blanks(cell[:40]))!r}, not a number",
+                    f"column '{name}' holds {printable(blanks(cell[:40]))!r}, not a number",
                     where=where,
-                    fix=AGAIN if cell == name else _how_to_mend(cell),
+                    fix=again(cells, found.names) if cell == name else how_to_mend(cell),
                     code="E328",
                 )
 
@@ -251,13 +306,13 @@ def _as_written(path: Path, begin: int, number: int, cell: str, found: TextLayou
         file.seek(begin)
         lines = file.read(BLOCK_BYTES + MAX_LINE_BYTES).split(found.line_end)
     written = as_text(lines[number]) if number < len(lines) else ""
-    again = dict(zip(cut(found.forms.line(written), found.delimiter), cut(written, found.delimiter), strict=False))
-    return cell if cell in written else again.get(cell, written.strip())
+    anew = dict(zip(cut(found.forms.line(written), found.delimiter), cut(written, found.delimiter), strict=False))
+    return cell if cell in written else anew.get(cell, written.strip())
 
 
 def grouped_in(path: Path) -> str:
     """Return the first cell of a text log with both a mark between thousands and a decimal sign, '' where no line of its beginning has one."""
-    return next((_blanks(c) for c in _first_cells(path) if grouped_sign(c)), "")
+    return next((blanks(c) for c in _first_cells(path) if grouped_sign(c)), "")
 
 
 def _first_cells(path: Path) -> Iterator[str]:
@@ -292,38 +347,12 @@ def remarks_within(path: Path) -> list[str]:
     told: dict[str, None] = {}
     with opened(path) as file:
         file.seek(found.first_byte)
-        for raw, _, _ in _pieces(file, found, path, sys.maxsize):
+        for raw, _, _ in pieces(file, found, path, sys.maxsize):
             if found.comment.encode() in raw and len(told) < MAX_REMARKS:
                 told |= {
                     as_text(m[0]).strip(): None for m in re.finditer(rb"(?m)^[ \t]*" + re.escape(found.comment.encode()) + rb".*$", raw)
                 }
     return list(told)[:MAX_REMARKS]
-
-
-def _blanks(cell: str) -> str:
-    return re.sub(r"[\u00a0\u202f]", " ", cell)
-
-
-def _how_to_mend(cell: str) -> str:
-    """Return what to do about a cell that is no number."""
-    if GROUPED.fullmatch(cell.strip()):
-        # 6,589 may be 6.589 where the marks between thousands are those of another column
-        return WITHOUT_MARKS if grouped_sign(cell.strip()) or not re.search(r"[.,]", cell) else f"{WITHOUT_MARKS}; {OR_ELSEWHERE}"
-    if _UNITED.fullmatch(cell.strip()):
-        return WITHOUT_UNITS
-    return "correct the value, or leave it empty for 'not measured'"
-
-
-def _readable(cell: str, decimal: str) -> bool:
-    if cell in MISSING:
-        return True
-    if "_" in cell or (decimal == "," and "." in cell):
-        return False
-    try:
-        float(cell.replace(decimal, "."))
-    except ValueError:
-        return False
-    return True
 
 
 def _numbers(column: pa.ChunkedArray) -> np.ndarray:

@@ -139,6 +139,17 @@ def _forms(
     return Forms(re.compile(pattern.encode()), out.replace("\t", "\\t").encode(), by, names, units, bool(front))
 
 
+def behind_stamp(line: str) -> str:
+    """Return a line without the serial monitor's clock in front of it.
+
+    Examples
+    --------
+    >>> behind_stamp("10:22:33.123 -> t,Fin"), behind_stamp("t,Fin")
+    ('t,Fin', 't,Fin')
+    """
+    return next((line[m.end() :].strip() for front in _WRITTEN if front and (m := re.match(front, line))), line)
+
+
 def is_united(cell: str) -> bool:
     """Return whether a cell is a number with a unit behind it.
 

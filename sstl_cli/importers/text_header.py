@@ -40,6 +40,8 @@ STATISTICS = words(
 COUNTED = words("sequence no nr n # sample samples point points")
 # of the readings of a column, how many are numbers, and how many rows of numbers in a row are a table of their own
 NUMERIC, RUN_ROWS = 0.8, 3
+# of a letter for a name, with its index
+MOST_LETTERS = 3
 # larger numbers in a first row are readings beside a damaged one
 MOST_CHANNELS = 64
 
@@ -230,6 +232,7 @@ def _chosen(rows: list[list[str]], numeric: list[int]) -> tuple[list[str], list[
     if at:
         # names stand above the places of the signals in a model
         named = at > 1 and _are_places(rows[at - 1]) and len(set(rows[at - 2])) == len(rows[at - 2]) and not _are_places(rows[at - 2])
+        named = named or (at > 1 and _are_short(rows[at - 1], rows[at - 2]))
         return rows[at - 2 if named else at - 1], rows[at]
     last = rows[-1]
     if 2 * len(set(last)) > len(last):
@@ -260,6 +263,12 @@ def _are_places(row: list[str]) -> bool:
     """Return whether most cells of a row are paths of a block diagram."""
     filled = [c for c in row if c]
     return 2 * sum("/" in c and not stated_unit(c) for c in filled) > len(filled)
+
+
+def _are_short(row: list[str], above: list[str]) -> bool:
+    """Return whether the cells of a row are the letters of formulas for the names above them (Logger Pro: ``Time``, ``t``, ``s``)."""
+    whole = len(row) == len(above) == len(set(above)) and all(row) and not any(map(is_number, above))
+    return whole and all(len(c) <= MOST_LETTERS and len(c) < len(a) and c[0].lower() in a.lower() for c, a in zip(row, above, strict=True))
 
 
 def _folded(word: str) -> str:

@@ -84,9 +84,13 @@ def test_a_damaged_first_row_is_not_left_out(first: str, tmp_path: Path) -> None
 
 def test_a_header_that_stands_there_again_is_named_with_its_line(tmp_path: Path) -> None:
     table = "t_ms,in_N,out_N\n" + rows(1e3 * T, X, Y)
+    (tmp_path / "rig.toml").write_text(
+        '[columns]\ntime_s = "t_ms"\ntension_in_n = "in_N"\ntension_out_n = "out_N"\n[constants]\nsystem = "act"\n'
+    )
+    (tmp_path / "log.csv").write_text(table + table)
     with pytest.raises(SstlError, match=f"line {len(T) + 2}: column 't_ms'.*header stands there again") as raised:
-        proposed(tmp_path, table + table)
-    assert raised.value.code == "E328"
+        list(run([tmp_path / "log.csv"], read_mapping(tmp_path / "rig.toml")).runs)
+    assert raised.value.code == "E328" and 'blocks = "runs"' in raised.value.fix
     # with another width the first table is not left out in silence, nor one of times in text
     wider = "t_ms,in_N,out_N,i\n" + rows(1e3 * T, X, Y, X)
     times = "".join(f"14:03:{k:02d},{k},{k}\n" for k in range(20))
@@ -126,4 +130,4 @@ def test_a_second_block_with_a_line_of_its_own_is_said_to_be_one(tmp_path: Path)
     with pytest.raises(SstlError) as error:
         proposed(tmp_path, text)
     said = str(error.value.fix)
-    assert error.value.code == "E327" and "where another table begins, split the file there" in said and "skip_rows" not in said
+    assert error.value.code == "E327" and "split the file there" in said and "skip_rows" not in said
