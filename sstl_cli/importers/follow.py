@@ -27,6 +27,7 @@ from sstl_cli.importers.text_cells import MISSING, SPACES
 from sstl_cli.importers.text_file import wide
 from sstl_cli.importers.text_layout import MAX_LINE_BYTES, TextLayout, layout_of
 from sstl_cli.importers.text_stamps import StampReader
+from sstl_cli.importers.text_whole import records_of
 
 READ_BYTES = 4 << 20
 # the layout of a text is told from its first lines: wait for some
@@ -203,6 +204,10 @@ class TextFollower:
             )
         if wide(self.path):
             raise SstlError("is UTF-16 text, which cannot be followed", where=str(self.path), fix="import the finished file", code="E321")
+        if records_of(self.path):
+            raise SstlError(
+                "is JSON as one value, which cannot be followed", where=str(self.path), fix="write one record a line", code="E323"
+            )
         self._layout: TextLayout = layout_of(self.path, found.layout)
         return True
 

@@ -8,11 +8,11 @@ from itertools import takewhile
 
 from sstl_cli.importers.guess_angles import BEND, COUNTED, DECIMAL, LETTERED, TURNS, angle_behind, angle_doubt, unit_of_other
 from sstl_cli.importers.guess_parts import LETTERS, TRIAL, Columns, at, before, next_word, next_words
-from sstl_cli.importers.guess_system import names_systems, no_system
+from sstl_cli.importers.guess_system import names_systems, no_system, way_of
 from sstl_cli.importers.guess_words import LEAD, QUANTITY_OF, REFERENCE, SIDE_OF, words
 from sstl_cli.importers.mapping import LABELS
 from sstl_cli.importers.pattern import search
-from sstl_cli.importers.systems import SYSTEM_OF
+from sstl_cli.importers.systems import SYSTEM_OF, known_system
 
 _PARTS = re.compile(rf"\d+(?:\.\d+)?|[{LETTERS}]+|[^{LETTERS}0-9]+")
 # sstlTin, actRun
@@ -32,17 +32,20 @@ _LENGTHS = words("inch inches zoll cm")
 _NO_BEND = COUNTED | TRIAL | _MOTIONS | TURNS | _DENIES | REFERENCE | set(QUANTITY_OF) | set(SIDE_OF) | set(SYSTEM_OF)
 # a number with more digits is a date or the count of a recorder
 _BEND_DIGITS = 3
+# bends are multiples of so many degrees, or have decimals such as these
+_ROUND_DEG, _DECIMALS = 5, {"0", "5", "25", "50", "75"}
 
 
 @dataclass(frozen=True)
 class Named:
-    """A ``file_name`` pattern (empty: none), the labels it gives, a question, and the reason."""
+    """A ``file_name`` pattern (empty: none), the labels it gives, a question, the reason, and the system that other words of all names say."""
 
     pattern: str = ""
     labels: tuple[str, ...] = ()
     question: str = ""
     reason: str = ""
     constants: tuple[tuple[str, str], ...] = ()
+    way: str = ""
 
 
 def name_pattern(stems: list[str], takes: bool = False) -> Named:
@@ -68,7 +71,7 @@ def name_pattern(stems: list[str], takes: bool = False) -> Named:
     labels, unknown, asked = _labelled(columns, takes)
     question = "; ".join(dict.fromkeys(filter(None, asked)))
     if not labels:
-        return Named(reason="" if len(stems) == 1 else "the file names give no label")
+        return Named(reason="" if len(stems) == 1 else "the file names give no label", way=way_of(columns))
     names = dict(labels)
     constants: tuple[tuple[str, str], ...] = ()
     if {"location", "config_id"} <= set(labels.values()):
@@ -87,7 +90,7 @@ def name_pattern(stems: list[str], takes: bool = False) -> Named:
         else:
             body.append(shape if len(set(values)) > 1 and shape else re.escape(values[0]))
     shown = ", ".join([f"{labels[i]} from '{columns[i][0]}'" for i in labels] + [f"{k} = {v}" for k, v in constants])
-    return Named("^" + "".join(body), tuple(labels.values()), question, f"file names give {shown}", constants)
+    return Named("^" + "".join(body), tuple(labels.values()), question, f"file names give {shown}", constants, way_of(columns))
 
 
 def _cut(stems: list[str]) -> Columns:
@@ -212,7 +215,9 @@ def _maybe_bends(columns: Columns) -> list[int]:
     found = []
     for i, values in enumerate(columns):
         digits, touching = values[0].partition(".")[0], at(i - 1, columns)[-1:]
-        if len(set(values)) > 1 or not digits.isdigit() or not touching.isalpha() or before(i, columns) in _NO_BEND:
+        # ACT45, where act1 and act01 number actuators
+        behind_system = before(i, columns) in SYSTEM_OF and len(digits) > 1 and digits[0] != "0"
+        if len(set(values)) > 1 or not digits.isdigit() or not touching.isalpha() or (before(i, columns) in _NO_BEND and not behind_system):
             continue
         # 07 counts, 5N and 2Hz have a unit of their own, 0p2 goes on from a number
         counts = len(digits) > _BEND_DIGITS or (len(digits) > 1 and float(digits) < 10)
@@ -291,9 +296,11 @@ def _doubt(i: int, label: str, columns: Columns) -> str:
     if label == "lead_mm" and front not in LEAD:
         return f"is {part} mm the lead of a screw, and not a diameter or a length?"
     if label not in ("config_id", "lead_mm"):
-        return ""
-    if more := _goes_on(i, columns, label):
-        return f"is {part}{more} one number?"
+        return _system_doubt(columns[i]) if label == "system" else ""
+    begin = _may_begin(i, columns) if label == "config_id" else ""
+    more = _goes_on(i, columns, label)
+    if more or begin:
+        return f"is {begin + direct if begin else ''}{part}{more} one number?"
     separators = {p for p in (at(k, columns) for k in range(len(columns)) if k != i - 1) if p and not p[0].isalnum()}
     # CP-040 and act-45deg are hyphens; bend-45 may be bent the other way
     hyphen = direct == "-" and (separators == {"-"} or (at(i - 2, columns)[:1].isalpha() and front not in BEND | LEAD | LETTERED))
@@ -321,10 +328,27 @@ def _doubt(i: int, label: str, columns: Columns) -> str:
     return ""
 
 
+def _system_doubt(values: tuple[str, ...]) -> str:
+    """Return the question that words for the tendon's way leave, which a name may say of something else."""
+    ways = sorted({v.lower() for v in values} - set(SYSTEM_OF))
+    said = " and ".join(f"'{w}' as {known_system(w)}" for w in ways)
+    return f"is {said} the system (act: single pass, sstl: double pass)?" if ways else ""
+
+
 def _plainly_bend(i: int, columns: Columns) -> bool:
     """Return whether a number beside a location tells its bend: a word says so, or runs are counted elsewhere in the name and no letter touches it."""
     counted = any(columns[k][0].isdigit() and before(k, columns) in TRIAL for k in range(len(columns)) if k != i)
     return at(i + 1, columns) in BEND or (counted and not at(i + 1, columns)[:1].isalpha())
+
+
+def _may_begin(i: int, columns: Columns) -> str:
+    """Return the number in front of a bend over a separator, where the bend may be its decimals (``22_5deg``), an empty text where none is."""
+    number, word = at(i - 2, columns), before(i - 2, columns)
+    if at(i - 1, columns) not in ("_", "-", " ") or not number.isdigit() or number[0] == "0" or len(number) > _BEND_DIGITS or word in TRIAL:
+        return ""
+    # 1_45deg and 12_60deg count; 67_25 is a bend of four digits
+    decimals = all(len(v) == 1 for v in columns[i]) or ({*columns[i]} <= {"25", "50", "75"} and len(number) > 1)
+    return number if decimals else ""
 
 
 def _goes_on(i: int, columns: Columns, label: str) -> str:
@@ -332,6 +356,10 @@ def _goes_on(i: int, columns: Columns, label: str) -> str:
     mark, digits, behind = (at(i + k, columns) for k in (1, 2, 3))
     if not digits[:1].isdigit():
         return ""
+    # bend22_5: no bend is 22 and its fifth repeat at once, where bend30_5 may be
+    odd = {v for v in columns[i] if v.isdigit() and int(v) % _ROUND_DEG}
+    if label == "config_id" and mark in ("_", "-", " ") and odd and {*columns[i + 2]} <= _DECIMALS:
+        return mark + digits
     # NP_lead10_20240502 and lead10_30deg go on with another number
     short = len(digits) < 3 and (not behind[:1].isalpha() or behind == "mm")
     return mark + digits if mark in DECIMAL or (mark in ("-", "_") and label == "lead_mm" and short) else ""

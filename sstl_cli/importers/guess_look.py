@@ -151,7 +151,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
 def _runs(chosen: Format, path: Path, found: list[Channel], given: bool) -> tuple[str, str, Groups | None]:
     """Return what stands in front of the channels of the first run, the pattern of all, and their groups, empty where a file holds one run."""
     prefix, runs = runs_in([c.name for c in found], path.stem if chosen.ID not in TABLES and not given else "")
-    groups = runs_by_group(found) if not runs and chosen.ID not in TABLES and not given else None
+    groups = runs_by_group(found, chosen.ID in TABLES) if not runs and not given else None
     return (groups.prefix, groups.pattern, groups) if groups is not None else (prefix, runs, None)
 
 

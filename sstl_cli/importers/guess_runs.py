@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from sstl_cli.importers.base import Channel
 from sstl_cli.importers.guess_files import Named, name_pattern
-from sstl_cli.importers.guess_names import said
+from sstl_cli.importers.guess_names import RUN_IN_FRONT, said
 from sstl_cli.importers.mapping import LABELS
 from sstl_cli.importers.pattern import search, starts
 
@@ -28,22 +28,33 @@ class Groups:
     doubts: Mapping[str, str] = field(default_factory=dict)
 
 
-def runs_by_group(found: Sequence[Channel]) -> Groups | None:
+def runs_by_group(found: Sequence[Channel], table: bool = False) -> Groups | None:
     r"""Return the groups that each hold both sides of a run, None where fewer than two do, or they are sides or tendons themselves.
+
+    Parameters
+    ----------
+    found : sequence of Channel
+        The channels of a file.
+    table : bool
+        Whether they are columns of one table, which stand in groups by a run in front of a colon and have a clock in each.
 
     Examples
     --------
     >>> held = [Channel(f"run{k}/{name}") for k in (1, 2) for name in ("time", "fin", "fout")]
     >>> runs_by_group(held).pattern, runs_by_group(held[:3]), runs_by_group(held[:5]).question
     ('run\\d+/', None, "'run2' lacks a tension that others hold and is left out")
+    >>> runs_by_group([Channel(f"Run {k}: {name}") for k in (1, 2) for name in ("Time (s)", "Fin (N)", "Fout (N)")], table=True).pattern
+    'Run \\d+: '
     """
-    mark = next((m for m in "/." if any(m in c.name for c in found)), "_")
+    mark = next((m for m in ((": ", ":") if table else "/.") if any(m in c.name for c in found)), "" if table else "_")
+    if not mark:
+        return None
     units: dict[str, dict[str, str]] = {}
     for one in found:
         head, sep, tail = _cut(one.name, mark)
         if sep and not one.text and not tail.startswith("@"):
             units.setdefault(head + sep, {})[tail] = one.unit
-    if mark == "_":
+    if mark == "_" or table:
         # F1_in and F1_out are no run without a clock of their own
         units = {h: own for h, own in units.items() if any(said(t).quantity == "time" for t in own)}
     forces = {h: {t for t in own if said(t).tension} for h, own in units.items()}
@@ -51,10 +62,14 @@ def runs_by_group(found: Sequence[Channel]) -> Groups | None:
     # T_in of motor and tip: the groups are sides of one run
     if not whole or {said(h).side for h in whole} & {"in", "out"} or any(forces[h] != forces[whole[0]] for h in whole):
         return None
-    lack = [h[:-1] for h in sorted(forces) if h not in whole and forces[h] and forces[h] < forces[whole[0]]]
+    lack = [h.removesuffix(mark) for h in sorted(forces) if h not in whole and forces[h] and forces[h] < forces[whole[0]]]
     if len(whole) + len(lack) < 2:
         return None
-    pattern, labels, question = _pattern([h[:-1] for h in whole], mark, [c.name for c in found])
+    pattern, labels, question = _pattern([h.removesuffix(mark) for h in whole], mark, [c.name for c in found])
+    pattern = pattern.replace("\\ ", " ")
+    if all(RUN_IN_FRONT.fullmatch(h) for h in whole):
+        # Run 1, Run 2, Latest
+        question = ""
     if lack:
         question = "; ".join(
             filter(None, (question, f"{', '.join(map(repr, lack[:_SHOWN]))} lacks a tension that others hold and is left out"))

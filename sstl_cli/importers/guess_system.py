@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sstl_cli.importers.guess_parts import TRIAL, Columns, at, next_word
 from sstl_cli.importers.guess_words import QUANTITY_OF, REFERENCE, words
-from sstl_cli.importers.systems import SYSTEM_OF, known_system
+from sstl_cli.importers.systems import SYSTEM_OF, WAY_OF, known_system
 
 # beside these act is what was measured
 _ACTUAL = REFERENCE | words("actual measured meas ist vs")
@@ -20,6 +20,8 @@ _TIMES = {"1": "act", "one": "act", "2": "sstl", "two": "sstl", "round": "sstl"}
 
 def names_systems(found: set[str]) -> bool:
     """Return whether words of file names tell the system: a long one may be what the test is about, unless the other system's stands there as well."""
+    if found <= {*SYSTEM_OF, *WAY_OF} and len(set(map(known_system, found))) > 1:
+        return True
     return found <= set(SYSTEM_OF) and (found <= set(SYSTEM_OF.values()) or len(set(map(known_system, found))) > 1)
 
 
@@ -32,6 +34,12 @@ def no_system(i: int, columns: Columns) -> bool:
     return {part.lower() for part in columns[i]} == {"act"} and bool(others & _ACTUAL - TRIAL or at(i + 1, columns) in QUANTITY_OF)
 
 
+def way_of(columns: Columns) -> str:
+    """Return the system that parts of all names say in other words (``loop_75deg``), an empty text where they say none, or both."""
+    told = {_way(k, columns) for k in range(len(columns)) if len(set(columns[k])) == 1} - {""}
+    return told.pop() if len(told) == 1 else ""
+
+
 def _other_system(i: int, columns: Columns) -> bool:
     """Return whether a system that is the same in all names stands beside words for the other one, or is numbered as an actuator is."""
     found = {known_system(part) for part in columns[i]}
@@ -39,7 +47,9 @@ def _other_system(i: int, columns: Columns) -> bool:
         # names that differ in it tell it by that
         return False
     told = found.pop()
-    numbered = told == "act" and at(i + 1, columns)[:1].isdigit()
+    # ACT45 has a bend behind it, act1 and act01 are actuators
+    digits = at(i + 1, columns).partition(".")[0]
+    numbered = told == "act" and digits.isdigit() and (len(digits) == 1 or digits[0] == "0")
     return numbered or any(_way(k, columns) not in ("", told) for k in range(len(columns)) if k != i)
 
 

@@ -110,8 +110,9 @@ def written(p: Proposal) -> str:
     told = {*(c.target for c in p.labels), *(p.groups.labels if p.groups is not None else ())}
     lines += ["", "[constants]"]
     if "system" not in (*p.named.labels, *told):
-        said = f"the file says {p.system} itself; " if p.system else ""
-        lines.append(f'system = "{p.system or _system(p.roles)}"' + _mark(f"{said}act: single pass, sstl: double pass"))
+        named = f"its name says {p.named.way} in other words; " if p.named.way else ""
+        said = f"the file says {p.system} itself; " if p.system else named
+        lines.append(f'system = "{p.system or p.named.way or _system(p.roles)}"' + _mark(f"{said}act: single pass, sstl: double pass"))
     # without a pattern the question of the names stands where their labels are
     doubt = "" if pattern else p.named.question
     lines += [f"{k} = {json.dumps(v)}" + _mark(doubt) for k, v in p.named.constants if k not in told]

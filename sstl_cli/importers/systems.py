@@ -8,8 +8,11 @@ from sstl_cli.core.errors import SstlError
 SYSTEM_OF = {"act": "act", "sstl": "sstl", "actuation": "act", "sensing": "sstl"}
 # how a label says it by the tendon's way; as words of a file's name they may be of something else
 WAY_OF = {
-    **dict.fromkeys(("single", "single pass", "one pass", "one way", "actuate", "actuating"), "act"),
+    **dict.fromkeys(
+        ("single", "single pass", "one pass", "one way", "actuate", "actuating", "einfach", "einzeln", "sencillo", "singolo"), "act"
+    ),
     **dict.fromkeys(("loop", "double", "double pass", "two pass", "two way", "round trip", "sense"), "sstl"),
+    **dict.fromkeys(("doppelt", "doppel", "schleife", "doble", "doppio", "boucle"), "sstl"),
 }
 
 # beside such a word these say nothing more

@@ -1,4 +1,4 @@
-"""Text logs as bytes of UTF-8, also those that a spreadsheet or a Windows program wrote as "Unicode text" (UTF-16)."""
+"""Text logs as bytes of UTF-8, also those that a spreadsheet or a Windows program wrote as "Unicode text" (UTF-16), and JSON as one value."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import IO
 
 from sstl_cli.core.errors import SstlError
+from sstl_cli.importers.text_whole import records_of
 
 _MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 # without a mark: of the numbers and marks that a table consists of, one byte in two is zero, always the same one
@@ -25,7 +26,8 @@ def opened(path: Path) -> IO[bytes]:
     """
     encoding = wide(path)
     if not encoding:
-        return open(path, "rb")
+        records = records_of(path)
+        return io.BytesIO(records) if records else open(path, "rb")
     if path.stat().st_size > MAX_WIDE_BYTES:
         raise SstlError(
             f"is UTF-16 text of more than {MAX_WIDE_BYTES >> 20} MiB", where=str(path), fix="save it as 'CSV UTF-8'", code="E321"

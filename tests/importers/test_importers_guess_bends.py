@@ -170,3 +170,40 @@ def test_a_sure_bend_goes_before_one_in_doubt(stem: str, other: str) -> None:
 
 def test_a_dash_behind_a_letter_is_a_hyphen() -> None:
     assert "sign" not in name_pattern(["act_CP-040_0003"]).question
+
+
+@pytest.mark.parametrize("stem", ["22_5deg", "act_22-5deg", "act_bend22_5", "sstl22_5deg_run1", "act_67_25deg"])
+def test_a_bend_that_may_have_its_decimals_behind_a_mark_is_asked(stem: str) -> None:
+    assert "one number" in name_pattern([stem]).question
+
+
+@pytest.mark.parametrize("stem", ["act_bend30_5", "act_12_60deg", "act_run2_5deg", "act_03_5deg"])
+def test_what_counts_beside_a_bend_is_no_part_of_it(stem: str) -> None:
+    assert not name_pattern([stem]).question
+
+
+@pytest.mark.parametrize(("stem", "system"), [("ACT45", "ACT"), ("SSTL45", "SSTL")])
+def test_a_number_behind_a_system_is_asked_as_a_bend(stem: str, system: str) -> None:
+    named = name_pattern([stem])
+    [told] = search(named.pattern, [stem])
+    assert told == {"system": system, "config_id": "45"} and "45 behind" in named.question
+    assert not name_pattern(["act1"]).labels
+
+
+@pytest.mark.parametrize(
+    ("stem", "system"), [("loop_75deg", "sstl"), ("double_30deg", "sstl"), ("single_30deg", "act"), ("log_30deg", "act")]
+)
+def test_a_word_for_the_tendons_way_in_a_name_is_proposed_and_asked(stem: str, system: str, tmp_path: Path) -> None:
+    _, found = proposed(tmp_path / f"{stem}.csv", TABLE)
+    assert tomllib.loads(found.toml)["constants"]["system"] == system and asked(found, "system")
+
+
+def test_words_for_both_ways_in_names_are_the_system(tmp_path: Path) -> None:
+    named = name_pattern(["loop_75deg", "single_75deg"])
+    assert [m["system"] for m in search(named.pattern, ["loop_75deg", "single_75deg"]) if m] == ["loop", "single"] and named.question
+
+
+@pytest.mark.parametrize(("line", "system"), [("System;Doppelt", "sstl"), ("System: einfach", "act"), ("System,doble", "sstl")])
+def test_a_system_in_other_languages_above_the_table_is_read(line: str, system: str, tmp_path: Path) -> None:
+    _, found = proposed(tmp_path / "log.csv", f"{line}\n{TABLE}")
+    assert tomllib.loads(found.toml)["constants"]["system"] == system and "the file says" in asked(found, "system")

@@ -14,7 +14,9 @@ from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 from scipy.io import savemat
 
 from sstl_cli.core.runs import Run
+from sstl_cli.importers.base import Layout
 from sstl_cli.importers.guess import Guess, guess
+from sstl_cli.importers.hdf5 import channels
 from sstl_cli.importers.mapping import mapping_of
 from sstl_cli.steps.import_ import run
 
@@ -144,3 +146,32 @@ def test_structs_and_arrays_called_by_their_run_are_runs(kind: str, tmp_path: Pa
     found = guess([path])
     runs = imported(path, found)
     assert [r.config_id for r in runs] == ["30", "60"] and sized(runs) == pytest.approx([1.0, 2.0])
+
+
+def test_groups_come_in_the_order_of_their_names(tmp_path: Path) -> None:
+    path = hdf5(tmp_path / "log.h5", {"a/run1": {}, "a/run2": {}, "b/run1": {}})
+    assert [c.name for c in channels(path, Layout()) if c.name.endswith("/fin")] == ["a/run1/fin", "a/run2/fin", "b/run1/fin"]
+
+
+@pytest.mark.parametrize("runs", [("Run 1", "Run 2"), ("Run 1", "Latest"), ("Data Set 1", "Data Set 2")])
+def test_runs_side_by_side_in_a_table_are_found(runs: tuple[str, str], tmp_path: Path) -> None:
+    """The second is shorter, as in Logger Pro."""
+    path = tmp_path / "log.csv"
+    head = ",".join(f"{r}: {n}" for r in runs for n in ("Time (s)", "Force In (N)", "Force Out (N)"))
+    lines = [
+        f"{t},{x},{y}," + (f"{t},{2 * x},{2 * y}" if k < len(T) - 50 else ",,") for k, (t, x, y) in enumerate(zip(T, X, Y, strict=True))
+    ]
+    path.write_text("\n".join([head, *lines]) + "\n")
+    found = guess([path])
+    assert {q.target for q in found.questions} == {"system"}
+    held = list(run([path], mapping_of(tomllib.loads(found.toml), "m.toml")).runs)
+    assert sorted((len(r.time_s), round(float(r.tension_in_n.max() / X.max()), 3)) for r in held) == [(len(T) - 50, 2.0), (len(T), 1.0)]
+
+
+def test_bends_in_front_of_the_colons_of_a_table_give_labels(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    head = ",".join(f"{s} bend{b}: {n}" for s, b in (("act", 30), ("sstl", 60)) for n in ("Time (s)", "Fin (N)", "Fout (N)"))
+    path.write_text(head + "\n" + "".join(f"{t},{x},{y},{t},{x},{y}\n" for t, x, y in zip(T, X, Y, strict=True)))
+    found = guess([path])
+    assert not found.questions
+    assert [(r.system, r.config_id) for r in imported(path, found)] == [("act", "30"), ("sstl", "60")]

@@ -75,11 +75,10 @@ def test_a_narrow_line_above_the_names_is_no_header(tmp_path: Path) -> None:
     assert [columns[c]["column"] for c in ("time_s", "tension_in_n", "tension_out_n")] == ["Time(s)", "Input force", "Output force"]
 
 
-WHOLE = [{"t": round(0.01 * k, 2), "fin": 2.0 + k, "fout": 1.5 + k} for k in range(60)]
+WHOLE = [{"t": round(0.01 * k, 2), "fin": 2.25 + k, "fout": 1.5 + k} for k in range(60)]
 COLUMNS = {name: [record[name] for record in WHOLE] for name in WHOLE[0]}
 
 
-@pytest.mark.parametrize("ext", ["json", "txt"])
 @pytest.mark.parametrize("indent", [None, 1])
 @pytest.mark.parametrize(
     "document",
@@ -88,11 +87,31 @@ COLUMNS = {name: [record[name] for record in WHOLE] for name in WHOLE[0]}
         COLUMNS,
         {"data": WHOLE},
         {"meta": {"bend": 30}, "data": COLUMNS},
-        [list(r.values()) for r in WHOLE],
-        {str(k): r for k, r in enumerate(WHOLE)},
+        {k: {str(i): v for i, v in enumerate(held)} for k, held in COLUMNS.items()},
     ],
 )
-def test_json_as_one_value_is_refused_with_what_to_write(document: object, indent: int | None, ext: str, tmp_path: Path) -> None:
+def test_json_as_one_value_is_read_as_records(document: object, indent: int | None, tmp_path: Path) -> None:
+    path = tmp_path / "act.json"
+    path.write_text(json.dumps(document, indent=indent))
+    found = guess([path])
+    assert ("bend: 30" in found.toml) == ("meta" in document)  # type: ignore[operator]
+    (tmp_path / "rig.toml").write_text(found.toml.replace("(?)", ""))
+    [one] = run([path], read_mapping(tmp_path / "rig.toml")).runs
+    assert list(one.tension_in_n) == [r["fin"] for r in WHOLE] and list(one.time_s) == [r["t"] for r in WHOLE]
+
+
+@pytest.mark.parametrize("ext", ["json", "txt"])
+@pytest.mark.parametrize("indent", [None, 1])
+@pytest.mark.parametrize(
+    "document",
+    [
+        [list(r.values()) for r in WHOLE],
+        {str(k): r for k, r in enumerate(WHOLE)},
+        {"t": COLUMNS["t"], "fin": COLUMNS["fin"][1:]},
+        {"first": WHOLE, "second": WHOLE},
+    ],
+)
+def test_json_of_another_form_is_refused_with_what_to_write(document: object, indent: int | None, ext: str, tmp_path: Path) -> None:
     path = tmp_path / f"a.{ext}"
     path.write_text(json.dumps(document, indent=indent))
     with pytest.raises(SstlError, match=r"E323.*holds JSON as (an array|one object).*one column for each name, or as one record a line"):
@@ -104,7 +123,7 @@ def test_arrays_one_a_line_and_an_array_on_one_long_line_are_refused_likewise(tm
     path.write_text("".join(json.dumps(list(r.values())) + "\n" for r in WHOLE))
     with pytest.raises(SstlError, match="an array a line.*one column for each name"):
         guess([path])
-    path.write_text(json.dumps(WHOLE * 1000))
+    path.write_text(json.dumps([list(r.values()) for r in WHOLE] * 1000))
     with pytest.raises(SstlError, match="E320.*one column for each name"):
         guess([path])
 
