@@ -21,7 +21,7 @@ from sstl_cli.importers.guess_remarks import alike, bend_said, system_said
 from sstl_cli.importers.guess_words import QUANTITY, words
 from sstl_cli.importers.mapping import LABELS
 from sstl_cli.importers.pattern import search
-from sstl_cli.importers.rates_said import LONGEST
+from sstl_cli.importers.rates_said import LONGEST, rate_said
 from sstl_cli.importers.systems import known_system
 from sstl_cli.importers.text_blocks import NAME, Part, head_of, parts_of
 from sstl_cli.importers.text_cells import cut
@@ -37,9 +37,9 @@ _OPEN = "..."
 _NEAR = re.compile(r"[\W_]*(?:[^\W\d_]+[\W_]*){0,2}$")
 # a setting with its value, or a date
 _NO_TITLE = re.compile(r"[:=;\t]|\d{4}")
-# Delta_X, Y_Unit_Label, Sample Rate (Hz), Units, Gain; ch. 2 range
+# Delta_X, Y_Unit_Label, Units, Gain; ch. 2 range: not the rate of a motion
 _SETTING = re.compile(
-    r"[\W_]*([^:=;,\t]*(?:unit|einheit|scal|skal|gain|verst|range|bereich|sensitiv|empfind|calib|kalib|factor|faktor|delta|rate|freq|interval|polarity"
+    r"[\W_]*([^:=;,\t]*(?:unit|einheit|scal|skal|gain|verst|range|bereich|sensitiv|empfind|calib|kalib|factor|faktor|delta|polarity"
     r"|offset|tare|tara|zero|nullpunkt)[^:=;,\t]*)[:=;,\t](.*)",
     re.IGNORECASE,
 )
@@ -157,8 +157,12 @@ def _blocks(path: Path, found: TextLayout) -> tuple[list[Told], int]:
 
 def _ends(part: Part) -> tuple[bytes, bytes]:
     """Return the first and the last line of some rows."""
-    body = part.body.strip()
-    return body.split(b"\n", 1)[0], body.rsplit(b"\n", 1)[-1]
+    # without a copy of what lies between
+    body = part.body
+    begin = next(i for i in range(len(body)) if not body[i : i + 1].isspace())
+    end = next(i for i in range(len(body), 0, -1) if not body[i - 1 : i].isspace())
+    first = body.find(b"\n", begin, end)
+    return body[begin : first if first >= 0 else end], body[body.rfind(b"\n", 0, end) + 1 : end]
 
 
 def _begins_anew(blocks: Sequence[Told], found: TextLayout) -> str:
@@ -201,7 +205,9 @@ def _otherwise(blocks: Sequence[Told]) -> str:
 def _settings(block: Told) -> dict[str, str]:
     """Return the lines of a block that tell how its readings are to be taken, by their first cells; of several the nearest."""
     found = [m for m in map(_SETTING.match, (x[:LONGEST] for x in block.lines)) if m]
-    return {m[1].strip(): m[2].strip(" \t,;") for m in found}
+    step = rate_said(block.lines)
+    rate = {"sampling rate": f"{1.0 / step:g} Hz"} if math.isfinite(step) else {}
+    return {m[1].strip(): m[2].strip(" \t,;") for m in found} | rate
 
 
 def _labels(blocks: Sequence[Told]) -> tuple[Label, ...]:
@@ -210,13 +216,19 @@ def _labels(blocks: Sequence[Told]) -> tuple[Label, ...]:
     most = max(map(len, lines[1:]))
     # what the first alone tells stands above the whole file
     systems = [_system_word(own) for own in lines]
-    bends = [bend_said(own) for own in (lines[0][-most:] if most else [], *lines[1:])]
+    bends = [_bend(lines[0], most), *map(bend_said, lines[1:])]
     out = [_label(t, told, blocks) for t, told in (("system", systems), ("config_id", bends)) if any(v for v, _ in told[1:])]
     told = {k for k in LABELS for x in out if f"(?P<{k}>" in x.pattern}
     titled, found = _titled(blocks)
     if found > told and not titled.question:
         return (titled,)
     return tuple(out) if "config_id" in told or not titled.pattern else (*out, titled)
+
+
+def _bend(lines: Sequence[str], most: int) -> tuple[str, str]:
+    """Return the bend that lines above the first block tell, of several that of the last lines, as many as other blocks have: above them stands what is of the whole file."""
+    told = bend_said(lines)
+    return told if told[0] != "..." or not most else bend_said(lines[-most:])
 
 
 def _system_word(lines: Sequence[str]) -> tuple[str, str]:
@@ -260,13 +272,19 @@ def _escaped(text_: str) -> str:
     return re.sub(r"\\([ #,;:%&~=-])", r"\1", re.escape(text_)).replace("\t", r"\t")
 
 
+def _counts_runs(title: str) -> bool:
+    """Return whether a line holds words for runs and nothing else (``Run 1``, ``Latest``)."""
+    held = re.findall(r"[^\W\d_]+", title.lower())
+    return bool(held) and _RUNS.issuperset(held)
+
+
 def _titled(blocks: Sequence[Told]) -> tuple[Label, set[str]]:
     """Return a pattern for the titles of blocks, which are lines without a colon or a time, and the labels it gives, by what tells them in names of files."""
     for k in range(1, 1 + min(len(b.lines) for b in blocks)):
         titles = [b.lines[-k] for b in blocks]
         if len(set(titles)) == 1 or any(_NO_TITLE.search(t) or _TIMES.intersection(said(t).words) for t in titles):
             continue
-        if all(_RUNS.issuperset(re.findall(r"[^\W\d_]+", t.lower())) for t in titles):
+        if all(map(_counts_runs, titles)) or titles == [str(i + 1) for i in range(len(titles))]:
             continue
         named = name_pattern(titles)
         if (labels := {x for x in named.labels if x in LABELS}) and all(search(named.pattern, titles)):

@@ -196,7 +196,10 @@ def _sure_elsewhere(i: int, columns: Columns) -> bool:
 
 
 def _named_by(places: list[int], columns: Columns) -> str:
-    return " or ".join(f"{columns[i][0]} behind '{before(i, columns)}'" for i in places)
+    front = {i: before(i, columns) for i in places}
+    return " or ".join(
+        f"{columns[i][0]} behind '{front[i]}'" if front[i] else f"{columns[i][0]} in front of '{next_words(i, columns)[0]}'" for i in places
+    )
 
 
 def _repeats(i: int, columns: Columns) -> bool:
@@ -215,9 +218,12 @@ def _maybe_bends(columns: Columns) -> list[int]:
     found = []
     for i, values in enumerate(columns):
         digits, touching = values[0].partition(".")[0], at(i - 1, columns)[-1:]
-        # ACT45, where act1 and act01 number actuators
-        behind_system = before(i, columns) in SYSTEM_OF and len(digits) > 1 and digits[0] != "0"
-        if len(set(values)) > 1 or not digits.isdigit() or not touching.isalpha() or (before(i, columns) in _NO_BEND and not behind_system):
+        # ACT45, act_45 and 45_act, where act1 and act01 number actuators
+        beside = {before(i, columns), *next_words(i, columns)[:1]}
+        by_system = bool(beside & set(SYSTEM_OF)) and len(digits) > 1 and digits[0] != "0"
+        if len(set(values)) > 1 or not digits.isdigit():
+            continue
+        if not by_system and (not touching.isalpha() or before(i, columns) in _NO_BEND):
             continue
         # 07 counts, 5N and 2Hz have a unit of their own, 0p2 goes on from a number
         counts = len(digits) > _BEND_DIGITS or (len(digits) > 1 and float(digits) < 10)

@@ -20,7 +20,7 @@ _STATED = re.compile(
 _BEND = re.compile(
     r"(?:^|[\W_])(?:bend(?:ing)?|bieg(?:ung|ewinkel|eradius)|krümmung(?:sradius)?|kruemmung(?:sradius)?|curvature|courbure|cintrage|flexion|curvatura|doblado|piega|弯曲角?度?|曲げ(?:角度)?"
     r"|wrap(?:ping)?[ _]angle|umschlingungswinkel|sheath[ _]angle)(?:[ _](?:angle|radius|deg|mm|config\w*|no|nr|id))*\s*(?:1\s*/\s*r\b)?\s*(?:[(\[][^()\[\]]{0,12}[)\]])?"
-    r"\"?\s*[:=;,\t ]\s*\"?([+-]?\d+(?:[.,]\d+)?|(?:none|straight)\b)"
+    r"\"?\s*[:=;,\t ]\s*\"?((?:\d+(?:[.,]\d+)?[ *]*)?(?:pi\b|π)(?:\s*/\s*\d+)?|[+-]?\d+(?:[.,]\d+)?|(?:none|straight)\b)"
     r"|(?:^|[\W_])(?:config(?:uration)?(?:[ _]?(?:id|no|nr))?|konfiguration)\s*[:=;,\t]\s*\"?([\w.+-]{1,24})",
     re.IGNORECASE,
 )

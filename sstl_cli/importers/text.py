@@ -164,7 +164,7 @@ def _stacked(rows: _Rows, layout: Layout, of_block: list[str]) -> Iterator[Block
                 stamps, told = rows.stamps(), labels_of_block(part, layout, path)
             if columns := rows.columns(part.body, part.offset, part.last, stamps):
                 block = Block(columns, file.tell())
-                block.columns |= {c: pa.array([told[c]] * len(block), pa.string()) for c in of_block}
+                block.columns |= {c: pa.repeat(pa.scalar(told[c], pa.string()), len(block)) for c in of_block}
                 yield block
 
 

@@ -122,15 +122,15 @@ def parts_of(pieces: Iterator[Piece], head: Head, found: TextLayout, path: Path,
             end = _below(raw, names, head, line + raw.count(NEW_LINE, 0, names), path)
             body, cut_off = _without_cut(raw[at:begin], found)
             notes.aside(CUT_OFF, cut_off)
-            if body.strip():
+            if body and not body.isspace():
                 yield Part(body, start + at + wide * raw.count(NEW_LINE, 0, at), False, number, lines, begins, first)
             told = [as_text(x).strip() for x in raw[begin:names].split(NEW_LINE) if x.strip()]
             notes.aside("rows of statistics below the samples of a block", sum(bool(statistic(cut(x, found.delimiter))) for x in told))
             blank = len(raw[begin:end]) - len(raw[begin:end].lstrip())
             number, lines, begins, first = number + 1, tuple(told), line + raw.count(NEW_LINE, 0, begin + blank), True
             at = end
-        if raw[at:].strip():
-            yield Part(raw[at:], start + at + wide * raw.count(NEW_LINE, 0, at), bool(last), number, lines, begins, first)
+        if (left := raw[at:]) and not left.isspace():
+            yield Part(left, start + at + wide * raw.count(NEW_LINE, 0, at), bool(last), number, lines, begins, first)
             first = False
         start, line = start + len(raw) + wide * raw.count(NEW_LINE), line + raw.count(NEW_LINE)
 
@@ -177,7 +177,8 @@ def _is_row(line: bytes, found: TextLayout) -> bool:
     held = [c for c in cells if not is_missing(c)]
     numbers = sum(map(is_number, held))
     if numbers == len(held):
-        return bool(held)
+        # a number alone is the title of a block, and no row that was cut off
+        return len(held) > 1 or len(found.names) == 1
     at = next((i for i, text in enumerate(found.text) if not text), 0)
     if len(cells) != len(found.names):
         return False

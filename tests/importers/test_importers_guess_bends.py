@@ -182,12 +182,12 @@ def test_what_counts_beside_a_bend_is_no_part_of_it(stem: str) -> None:
     assert not name_pattern([stem]).question
 
 
-@pytest.mark.parametrize(("stem", "system"), [("ACT45", "ACT"), ("SSTL45", "SSTL")])
-def test_a_number_behind_a_system_is_asked_as_a_bend(stem: str, system: str) -> None:
+@pytest.mark.parametrize(("stem", "system"), [("ACT45", "ACT"), ("SSTL45", "SSTL"), ("act_45", "act"), ("45_sstl_run1", "sstl")])
+def test_a_number_beside_a_system_is_asked_as_a_bend(stem: str, system: str) -> None:
     named = name_pattern([stem])
     [told] = search(named.pattern, [stem])
-    assert told == {"system": system, "config_id": "45"} and "45 behind" in named.question
-    assert not name_pattern(["act1"]).labels
+    assert told == {"system": system, "config_id": "45"} and "tell the bending configuration?" in named.question
+    assert not name_pattern(["act1"]).labels and name_pattern(["act_20240503"]).labels == name_pattern(["act_3"]).labels == ("system",)
 
 
 @pytest.mark.parametrize(

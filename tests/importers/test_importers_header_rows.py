@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from header_table import T, X, Y, rows
 
-from sstl_cli.core.errors import SstlError
 from sstl_cli.importers.guess import Guess, guess
 from sstl_cli.importers.mapping import read_mapping
 from sstl_cli.steps.import_ import run
@@ -130,13 +129,16 @@ def test_temperatures_that_rise_are_no_clocks(names: str, tmp_path: Path) -> Non
     assert not any("clocks" in r for r in found.reasons)
 
 
-def test_a_further_segment_of_labview_is_not_taken_for_the_file(tmp_path: Path) -> None:
+def test_further_segments_of_labview_are_runs_and_asked_where_their_units_are_others(tmp_path: Path) -> None:
     head = ["LabVIEW Measurement", "X_Columns\tOne", "***End_of_Header***"]
     segment = ["Channels\t2", "Y_Unit_Label\tN\tN", "***End_of_Header***", "X_Value\tForce in\tForce out"]
     rows = [f"{t}\t{x:.6f}\t{y:.6f}" for t, x, y in zip(T, X, Y, strict=True)]
-    with pytest.raises(SstlError) as said:
-        proposed(tmp_path, "\n".join([*head, *segment, *rows, *segment, *rows]) + "\n")
-    assert f"line {len(head) + len(segment) + len(rows) + 1}" in str(said.value)
+    _, found = proposed(tmp_path, "\n".join([*head, *segment, *rows, *segment, *rows]) + "\n")
+    assert 'blocks = "runs"\n' in found.toml and {q.target for q in found.questions} == {"system"}
+    other = [x.replace("N\tN", "N\tmN") for x in segment]
+    _, found = proposed(tmp_path, "\n".join([*head, *segment, *rows, *other, *rows]) + "\n")
+    [asked] = [q.text for q in found.questions if q.target == "blocks"]
+    assert "'Y_Unit_Label' is" in asked and f"line {len(head) + len(segment) + len(rows) + 1}" in asked
 
 
 @pytest.mark.parametrize("columns", ["One", "No"])

@@ -155,11 +155,31 @@ def test_lines_of_a_block_give_its_labels(titles: list[str], tmp_path: Path) -> 
         (["Bend: 30\n", "Note: x\n", "Bend: 60\n"], "block_lines"),
         (["Units: N\n", "Units: lbf\n"], "blocks"),
         (["Gain: 1\n", "Gain: 10\n"], "blocks"),
+        (["Sample rate: 100 Hz\n", "Sample rate: 200 Hz\n"], "blocks"),
+        (["30\n", "45\n"], "block_lines"),
     ],
 )
 def test_what_lines_of_blocks_leave_open_is_asked(titles: list[str], what: str, tmp_path: Path) -> None:
     _, asked = proposed(tmp_path / "log.csv", "".join(t + HEAD + block(k) for k, t in enumerate(titles)))
     assert what in asked
+
+
+@pytest.mark.parametrize(
+    ("titles", "bends"),
+    [
+        (["Run 1\n", "Latest\n"], [None, None]),
+        (["Frequency: 0.2 Hz\n", "Frequency: 0.5 Hz\n"], [None, None]),
+        (["1\n", "2\n"], [None, None]),
+        (["Bend: -30\n", "Bend: 30\n"], ["-30", "30"]),
+        (["Biegung: 22,5°\n", "Biegung: 45°\n"], ["22,5", "45"]),
+        (["Bend: pi/2\n", "Bend: pi\n"], ["pi/2", "pi"]),
+        (["Bend: 30\nOperator: kk\n\n", "Bend: 60\n"], ["30", "60"]),
+    ],
+)
+def test_lines_of_blocks_that_leave_nothing_open_raise_no_question(titles: list[str], bends: list[str | None], tmp_path: Path) -> None:
+    found, asked = proposed(tmp_path / "act.csv", "".join(t + HEAD + block(k) for k, t in enumerate(titles)))
+    assert not asked
+    assert [x[2] for x in labels(tmp_path / "act.csv", found.toml)] == bends
 
 
 @pytest.mark.parametrize("below", ["s,lbf,lbf\n", ""])
