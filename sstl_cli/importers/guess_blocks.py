@@ -288,7 +288,9 @@ def _titled(blocks: Sequence[Told]) -> tuple[Label, set[str]]:
             continue
         named = name_pattern(titles)
         if (labels := {x for x in named.labels if x in LABELS}) and all(search(named.pattern, titles)):
-            return Label(named.pattern, named.question), labels
+            # of a file's name both would make it, in a line of a block a group around them does
+            whole = "location and bend make the configuration: write (?P<config_id>...) around both" if named.constants else ""
+            return Label(named.pattern, "; ".join(filter(None, (named.question, whole)))), labels
         if len({re.sub(r"\d+", "0", t) for t in titles}) > 1:
             ask = f"do lines such as '{titles[0][:_SHOWN]}' and '{titles[1][:_SHOWN]}' tell the configuration? If not, take block_lines out"
             return Label(f"(?P<config_id>{_OPEN})", ask), {"config_id"}

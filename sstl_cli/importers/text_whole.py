@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 # of JSON, which is turned into lines in memory
 MAX_BYTES = 32 << 20
 _SAMPLE = 4096
+Object = dict[str, object]
 
 
 def records_of(path: Path) -> bytes:
@@ -36,17 +36,17 @@ def _may_be_whole(head: bytes) -> bool:
 def _records(path: Path, size: int, changed: int) -> bytes:
     """Return the same of a file of this size, last changed then."""
     try:
-        value = json.loads(path.read_bytes().decode("utf-8-sig"))
+        value: object = json.loads(path.read_bytes().decode("utf-8-sig"))
     except (ValueError, RecursionError):
         # what is damaged is said of the lines as they stand there
         return b""
-    beside: dict[str, Any] = {}
+    beside: Object = {}
     if isinstance(value, dict) and not any(map(_is_column, value.values())):
         # {"bend_deg": 30, "samples": [{...}, ...]}
         told = [v for v in value.values() if isinstance(v, dict) and not any(isinstance(x, (list, dict)) for x in v.values())]
-        held = [k for k, v in value.items() if isinstance(v, (list, dict)) and v not in told]
+        held = [v for v in value.values() if isinstance(v, (list, dict)) and v not in told]
         beside = {k: v for k, v in value.items() if not isinstance(v, (list, dict))} | {k: v for t in told for k, v in t.items()}
-        value = value[held[0]] if len(held) == 1 else None
+        value = held[0] if len(held) == 1 else None
     if isinstance(value, dict):
         value, more = _by_rows(value)
         beside |= more
@@ -62,10 +62,10 @@ def _is_column(value: object) -> bool:
     return len(held) > 1 and not any(isinstance(v, (list, dict)) for v in held)
 
 
-def _by_rows(columns: dict[str, Any]) -> tuple[list[dict[str, Any]] | None, dict[str, Any]]:
+def _by_rows(columns: Object) -> tuple[list[Object] | None, Object]:
     """Return the rows of columns and the single values beside them; None where the columns are not of one length, or other things stand there."""
     beside = {k: v for k, v in columns.items() if not isinstance(v, (list, dict))}
-    held = {k: v for k, v in columns.items() if k not in beside}
+    held = {k: v for k, v in columns.items() if isinstance(v, (list, dict))}
     rows = {tuple(v) if isinstance(v, dict) else len(v) for v in held.values()}
     if len(rows) != 1 or not all(map(_is_column, held.values())):
         return None, beside

@@ -157,6 +157,7 @@ def test_lines_of_a_block_give_its_labels(titles: list[str], tmp_path: Path) -> 
         (["Gain: 1\n", "Gain: 10\n"], "blocks"),
         (["Sample rate: 100 Hz\n", "Sample rate: 200 Hz\n"], "blocks"),
         (["30\n", "45\n"], "block_lines"),
+        (["NP_lead10\n", "CP_lead20\n"], "block_lines"),
     ],
 )
 def test_what_lines_of_blocks_leave_open_is_asked(titles: list[str], what: str, tmp_path: Path) -> None:
