@@ -54,7 +54,7 @@ def proposed(path: Path, content: str) -> tuple[Guess, dict[str, str]]:
     return found, {q.target: q.text for q in found.questions}
 
 
-@pytest.mark.parametrize("piece", [4 << 20, 777, 90])
+@pytest.mark.parametrize("piece", [4 << 20, 2_500, 300])
 @pytest.mark.parametrize(("end", "apart"), [("\n", 0.0), ("\r\n", 0.0), ("\n", float(T[-1] + T[1]))])
 def test_blocks_are_runs_wherever_pieces_are_cut(
     piece: int, end: str, apart: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
