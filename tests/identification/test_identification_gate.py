@@ -47,7 +47,6 @@ def each(change, which=lambda r: True):
 
 
 def of_trapezoids(change):
-    """A slip of all runs of a log that is half as long: what is like no tension is compared with every cause there is."""
     return [change(r) for r in sample() if "trapezoid" in r.run_id]
 
 
@@ -275,12 +274,6 @@ def test_an_uneven_refresh_is_found():
     y = r.tension_out_n[at[np.searchsorted(at, np.arange(len(r)), "right") - 1]]
     found = gate.sensor_of("tension_out_n", r.time_s, y)
     assert found.refresh_s == pytest.approx(0.018, rel=0.06) and found.noise_n == pytest.approx(0.02, rel=0.2)
-
-
-def test_a_quantised_ramp_is_no_refresh():
-    t, x = trapezoid(rate=500.0)
-    found = gate.sensor_of("tension_in_n", t, np.round(x / 0.1) * 0.1)
-    assert not found.held and found.step_n == pytest.approx(0.1)
 
 
 def test_sixty_thousand_samples_take_no_time(measured_anew):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from identification_loops import trapezoid
 
+from sstl_cli.identification import gate
 from sstl_cli.identification.gate.sensors import quantisation
 from sstl_cli.physics.variant.effects.quantisation import deadband
 
@@ -48,3 +50,9 @@ def test_a_fine_grid_of_few_samples_shows_through_the_digits_that_they_are_writt
     assert len(np.unique(read)) > 0.5 * len(read)
     assert quantisation(read) == pytest.approx(0.0079339806, rel=1e-4)
     assert quantisation(np.round(read + 0.01 * np.sin(t**3), 9)) == 0.0
+
+
+def test_a_quantised_ramp_is_no_refresh():
+    t, x = trapezoid(rate=500.0)
+    found = gate.sensor_of("tension_in_n", t, np.round(x / 0.1) * 0.1)
+    assert not found.held and found.step_n == pytest.approx(0.1)
