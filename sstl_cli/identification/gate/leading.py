@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from sstl_cli.identification.gate.ahead import ERRORS, FITS
 from sstl_cli.identification.gate.evidence import Evidence
 
 # what lines and a delay must explain for the delay to be compared, and its standard errors (s)
@@ -12,6 +13,8 @@ SHAPE, KNOWN_S = 0.98, 0.01
 BESIDE, SPREAD, PART = 2, 1.0, 0.5
 # periods (of log and sensors) that a lead must have
 PERIODS = 2.5
+# part of a loop that a delay reaches: of a movement that repeats no longer one is known
+HALF = 0.4
 # what a delay may leave of what any other explanation leaves, how alike (part of it) the leads of one clock are, and runs that must tell it
 LESS, ALIKE, AGREE = 0.5, 0.15, 3
 
@@ -20,7 +23,11 @@ def leading(log: Sequence[Evidence]) -> list[Evidence]:
     """Return the few runs that lead while the others come after their input, or all where they lead by one time in bends that rub differently."""
     known = [(e.play.delay_s, e) for e in log if e.play is not None and _timed(e)]
     early = [(d, e) for d, e in known if e.ahead is not None and e.ahead.shown and e.ahead.tells and d < -_least(e)]
-    rest = [d for d, e in known if all(e is not o for _, o in early)]
+    others = [(d, e) for d, e in known if all(e is not o for _, o in early)]
+    rest = [d for d, _ in others]
+    # where friction turns the outputs of others early, and beyond half a loop, a clock's is the lead that leaves nothing but noise
+    turns = 2 * sum(_leads(d, e) for d, e in others) > len(rest)
+    early = [(d, e) for d, e in early if (e.ahead is not None and e.ahead.left < FITS) or not (turns or abs(d) > HALF * e.loop_s)]
     if len(rest) >= max(BESIDE, 2 * len(early)) and early:
         first = min(rest)
         return [e for d, e in early if first - d > max(SPREAD * (max(rest) - first), PART * abs(d), _least(e))]
@@ -40,6 +47,11 @@ def _timed(e: Evidence) -> bool:
     """Whether lines and a delay explain a run well enough for its delay to be compared with that of others."""
     p = e.play
     return e.tendon_like and e.wide and p is not None and p.explained > SHAPE and p.delay_se < KNOWN_S and 0.0 < p.gamma_p < p.gamma_r
+
+
+def _leads(delay_s: float, e: Evidence) -> bool:
+    """Whether an output surely comes before its input, by however little."""
+    return e.play is not None and -delay_s > max(ERRORS * e.play.delay_se, e.dt_s)
 
 
 def _least(e: Evidence) -> float:

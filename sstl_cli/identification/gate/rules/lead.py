@@ -8,7 +8,7 @@ from statistics import median
 
 from sstl_cli.identification.gate.common_delay import common_delay
 from sstl_cli.identification.gate.evidence import Evidence
-from sstl_cli.identification.gate.leading import leading
+from sstl_cli.identification.gate.leading import HALF, leading
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.drift import drift_of
 from sstl_cli.identification.gate.rules.limit import limited
@@ -29,8 +29,8 @@ SEEN = 0.1
 GROWS = 0.2
 # share of what friction alone leaves that may remain once the output is moved and the lines are those of friction
 HELD = 0.3
-# part of a loop that a delay reaches, and noises that it must leave beyond
-HALF, LITTLE_LEFT = 0.4, 2.0
+# noises that a delay of half a loop and more must leave
+LITTLE_LEFT = 2.0
 # and how many times as much friction by speed must leave
 BY_SPEED = 3.0
 # part of a delay by which those of one clock differ
