@@ -220,8 +220,10 @@ def fit(
         Whether slopes are made afresh at every step: few steps from a poor start lead further by them.
     """
     free = hypothesis.free
-    bounds = Bounds(np.array([f.parameter.least for f in free]), np.array([f.parameter.most for f in free]))
-    at = _place(sim, whiten, free, theta, values, known.prediction if known else None)
+    bounds = _bounds(sim, free)
+    at = _place(
+        sim, whiten, free, theta, values if known else np.clip(values, bounds.low, bounds.high), known.prediction if known else None
+    )
     damping = DAMPING
     # what acts along the line answers by jerks: what a step has done there says little of the next one
     careful = careful or any(x.effect.stage == TRANSITION for x in free)
@@ -250,6 +252,15 @@ def fit(
     if not fresh:
         j = jacobian(sim, at.theta, free, at.values, at.prediction)
     return Fit(hypothesis, at.theta, at.values, at.cost + 0.5 * whiten.log_det, at.prediction, sim.y - at.prediction, j, whiten)
+
+
+def _bounds(sim: Simulator, free: Sequence[Free]) -> Bounds:
+    """Return where parameters may lie: a knee where some readings are on either side of it, since beyond it would be a gain or nothing."""
+    low, high = np.array([f.parameter.least for f in free]), np.array([f.parameter.most for f in free])
+    for i, f in enumerate(free):
+        if f.parameter.name in f.effect.knees:
+            low[i], high[i] = np.clip(sim.read_n, low[i], high[i])
+    return Bounds(low, high)
 
 
 def _place(sim: Simulator, whiten: Whitener, free: Sequence[Free], theta: Array, values: Array, prediction: Array | None = None) -> _Place:

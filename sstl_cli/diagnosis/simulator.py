@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sstl_cli.diagnosis.constants import UNSEEN_SHARE
 from sstl_cli.diagnosis.drives import pieces
 from sstl_cli.diagnosis.ending import Parted, held_back, parted
 from sstl_cli.diagnosis.free import ASIDE, LINE, LOOP
@@ -132,6 +134,13 @@ class Simulator:
     def load_known(self) -> bool:
         """Whether an effect along the line was accepted before, and with it how far the load gives way."""
         return any(get(i).stretches for i in self.fixed)
+
+    @cached_property
+    def read_n(self) -> tuple[float, float]:
+        """Between what tensions (N) inputs and outputs were read, but for a small share at either end."""
+        read = np.concatenate([self.y[self.weight > 0.0], *(r.u for r in self.problem.records)])
+        low, high = np.quantile(read, [UNSEEN_SHARE, 1.0 - UNSEEN_SHARE])
+        return float(low), float(high)
 
     def slices(self) -> list[slice]:
         """Return the slice of each record in the concatenated arrays."""

@@ -242,7 +242,8 @@ class Effect:
     two and all together are tried. A shape that no variant names belongs to all. ``laws`` are sets of parameters beside those: each is
     a law of its own, and none of its parameters is in another. What strengths that
     are ``averaged`` predict is a mean over jumps, about which the output is as far off as it is from the base. ``plays`` are half-widths
-    of a play: from a narrow one a fit does not see what a wide one explains. Friction that changes ``along`` a held line moves it, as far
+    of a play: from a narrow one a fit does not see what a wide one explains. ``knees`` are tensions at which a sensor's law changes: beyond all
+    readings it would be another law. Friction that changes ``along`` a held line moves it, as far
     as it is elastic.
     """
 
@@ -263,6 +264,7 @@ class Effect:
     laws: tuple[tuple[str, ...], ...] = ()
     averaged: tuple[str, ...] = ()
     plays: tuple[str, ...] = ()
+    knees: tuple[str, ...] = ()
     law: Callable[[Law, Values], None] | None = None
     transition: Callable[[Transition, Values, Drive], None] | None = None
     output: Hook | None = None

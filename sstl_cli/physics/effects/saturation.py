@@ -46,6 +46,7 @@ EFFECT = Effect(
             "knee_sstl_n", "N", 0.0, 0.0, 15.0, "where that begins in the SSTL output, 0: as in the other", system="sstl", shape=True
         ),
     ),
+    knees=("knee_n", "knee_sstl_n"),
     laws=(("soft_out", "knee_n", "width_n"), ("soft_out", "knee_n", "width_n", "knee_sstl_n")),
     excitation="Tensions up to the full scale.",
     order=85,

@@ -97,6 +97,7 @@ EFFECT = Effect(
         ),
     ),
     plays=("h_n", "h_act_n", "h_sstl_n"),
+    knees=("knee_n",),
     laws=(
         *((f"a_{side}_{system}", "chord") for side, system in SENSORS),
         *((f"a_{side}_act", f"a_{side}_sstl", "chord") for side in ("in", "out")),
