@@ -20,6 +20,7 @@ from sstl_cli.importers.guess_beside import Beside, remarks_of, told_beside
 from sstl_cli.importers.guess_blocks import Stacked, stacked
 from sstl_cli.importers.guess_clocks import Clocks, clock_if_forward, clocks_of_channels, with_own_clocks
 from sstl_cli.importers.guess_config import chosen_config, config_columns, labelling
+from sstl_cli.importers.guess_corrections import corrections_said, joined, with_corrections
 from sstl_cli.importers.guess_fractions import Parts, sums
 from sstl_cli.importers.guess_groups import with_groups
 from sstl_cli.importers.guess_labels import (
@@ -42,7 +43,7 @@ from sstl_cli.importers.guess_time import TimeGuess, guess_time, trimmed
 from sstl_cli.importers.guess_unit_columns import with_unit_columns, with_unit_said
 from sstl_cli.importers.guess_words import words
 from sstl_cli.importers.rates_said import rate_said
-from sstl_cli.importers.text import grouped_in, remarks
+from sstl_cli.importers.text import grouped_in
 from sstl_cli.importers.text_cells import WITHOUT_MARKS
 from sstl_cli.importers.text_header import unit_in
 from sstl_cli.importers.text_layout import layout_of
@@ -119,7 +120,7 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     left_out = _left_out(channels, wrong)
     channels = with_groups([replace(c, name=c.name.removeprefix(prefix)) for c in channels], data)
     names = [asking(s, doubts.get(s.name, "")) for s in (_said(c, chosen) for c in channels)]
-    names = with_marks(path, names) if chosen.ID == "text" else names
+    names = with_corrections(with_marks(path, names) if chosen.ID == "text" else names, data)
     # a clock may begin anew with each run that the labels tell apart
     first = min(first or blocks.rows_of_first, blocks.rows_of_first) if blocks is not None else first
     one = {n: v[:first] for n, v in data.items()}
@@ -165,13 +166,15 @@ def _told_first(runs: str, channels: Sequence[Channel], blocks: Stacked | None) 
 
 def _with_units(chosen: Format, path: Path, found: list[Channel]) -> tuple[list[Channel], dict[str, str]]:
     """Return the channels with what columns of units beside them, and a line above, say in a table, and the questions that those raise."""
-    if chosen.ID not in TABLES:
-        return with_unit_said(found, remarks_of(chosen, path))
-    found, doubts = with_unit_columns(found, lambda name: _first_texts(chosen, path, name)[0])
-    found, more = with_unit_said(found, remarks(path) if chosen.ID == "text" else ())
+    lines = remarks_of(chosen, path)
+    doubts: dict[str, str] = {}
+    if chosen.ID in TABLES:
+        found, doubts = with_unit_columns(found, lambda name: _first_texts(chosen, path, name)[0])
+    found, more = with_unit_said(found, lines)
+    doubts = joined(doubts, more, corrections_said(found, lines))
     starts = layout_of(path, Layout()).starts if chosen.ID == "text" else ""
     clocks = [c.name for c in found if starts and said(c.name, c.unit).quantity == "time"]
-    return found, doubts | more | dict.fromkeys(clocks, f"{starts}, this counts from the start of one: {OWN}")
+    return found, doubts | dict.fromkeys(clocks, f"{starts}, this counts from the start of one: {OWN}")
 
 
 def _refuse_grouped(chosen: Format, path: Path, found: list[Channel]) -> None:

@@ -39,6 +39,14 @@ _BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]{0,40})[\])}>]")
 _COMPUTED = re.compile(
     r"^\s*-(?=\s*[A-Za-z])|\b[a-z]+\d+\s*-\s*[a-z]+\d+\b|\sx\d+\b|[*×]\s*\d+|\b10\s*(?:\^|\*\*)|\b10[⁻⁺⁰¹²³⁴-⁹]", re.IGNORECASE
 )
+# Fin_x2, Fin (x2), Fin_2x; 2xFin, 10*Fin; Fin/10; Fin_times2; F_in per strand: what was recorded may be a multiple of the force
+_MULTIPLE = re.compile(
+    r"(?<![^\W_])[x×*]\s*(?!1(?![\d.,]))\d+(?:[.,]\d+)?(?![^\W_])|(?<![^\W_])\d+(?:[.,]\d+)?\s*(?:[x×](?![^\W\d_\s]*\d)|[*·])(?=\s*(?:[A-Z]|$|[_)\]]))"
+    r"|(?<![^\W_])\d+(?:[.,]\d+)?[x×](?![^\W_])|^[^/]*[^\W\d_]\s*[/÷]\s*(?:10+|[2-9])(?![^\W_])|(?<![^\W_])1/\d+(?=[\s*]*[A-Z])|(?<![^\W_])times[ _]?\d+"
+    r"|(?<![^\W_])(?:doubled|halved|scaled|twice|tenfold|twofold|verdoppelt|halbiert|skaliert|half(?![ _-]?bridge)|total|gesamt"
+    r"|(?:per|pro|par|por)[ _](?:strand|tendon|cable|wire|rope|leg|line|strang|seil|litze|brin))(?![^\W_])",
+    re.IGNORECASE,
+)
 # dFin, ΔFin: what a force changes by
 _CHANGE = re.compile(r"(?:^|[\s_./])(?:d(?=[A-Z])|[ΔδΔ∂∆])")
 # S/N 712345 on the plate of a sensor: its n counts nothing
@@ -98,6 +106,13 @@ class Said:
         plain = _UNIT_TAIL.sub("", _BRACKETS.sub("", self.name))
         computed = _COMPUTED.search(plain) or (_CHANGE.search(plain) if self.quantity == "force" else None)
         return found or desired or (computed[0].strip(" _./") if computed else "")
+
+    @property
+    def multiple(self) -> str:
+        """What says that the channel may be a multiple or a part of the force (``x2``, ``half``), an empty text where nothing does."""
+        plain = _BRACKETS.sub(lambda m: " " if any(_unit(m[1].strip())) else m[0], self.name)
+        found = _MULTIPLE.search(_UNIT_TAIL.sub("", plain)) if self.side or self.quantity == "force" else None
+        return found[0].strip(" _*") if found else ""
 
     @property
     def placed(self) -> bool:

@@ -62,10 +62,16 @@ def measured(names: list[Said]) -> list[Said]:
 
 
 def doubted(found: tuple[Said, ...], question: str) -> str:
-    """Return the question of a side with another one where a name says that its channel was not measured."""
+    """Return the question of a side with another one where a name says that its channel was not measured, or a multiple."""
     words = {w for s in found if (w := s.unmeasured or min(RMS.intersection(s.words), default=""))}
     doubt = f"'{min(words)}' in its name: was this measured?" if words else ""
-    return "; ".join(filter(None, (question, doubt)))
+    times = {m for s in found if (m := s.multiple) and m not in words}
+    multiple = (
+        f"'{min(times)}' in its name: are these readings that multiple of the force (then give scale), or the force itself?"
+        if times
+        else ""
+    )
+    return "; ".join(filter(None, (question, doubt, multiple)))
 
 
 def _of_tensions(tensions: list[Said], names: list[Said], data: dict[str, Array]) -> Roles:

@@ -2,27 +2,53 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 
 from sstl_cli.core.units import is_unit, unit_of
 from sstl_cli.importers.base import Channel
 from sstl_cli.importers.guess_names import Said, said
 from sstl_cli.importers.text_header import UNIT_ROWS, stated_unit, unit_in
-
-_LINE = re.compile(r"[\W_]*(?:(?:force|load|tension)\s+)?(?:units?|einheit|unite|unidad|unita)\s*[:=;,]\s*(\S+?)[\s;,]*", re.IGNORECASE)
+from sstl_cli.importers.units_said import shown, sides_said, unit_line
 
 
 def with_unit_said(found: Sequence[Channel], remarks: Iterable[str]) -> tuple[list[Channel], dict[str, str]]:
-    """Return the columns with the one unit of force that a line above the table tells for what may be a force of no other unit, which is asked."""
-    held = {u for line in remarks if (m := _LINE.fullmatch(line)) and (u := stated_unit(m[1])) and unit_of(u)[0] == "force"}
-    if len(held) != 1:
+    """Return the columns with the one unit of force that lines above the table tell for what may be a force of no other unit, and what is to be asked.
+
+    Asked are those that take it, and forces for which a line that speaks of them states another unit than they have.
+    """
+    stated = [(line, units) for line in remarks if (units := unit_line(line))]
+    if not stated:
         return list(found), {}
-    unit = held.pop()
-    forces = [c.name for c in found if not c.text and _may_be_force(s := _said(c)) and not (s.unit or s.strange)]
-    asked = dict.fromkeys(forces, f"a line above the table says that units are {unit}: this one's too?")
-    return [replace(c, unit=unit) if c.name in asked else c for c in found], asked
+    forces = [(c, s) for c in found if not c.text and may_be_force(s := said_of(c))]
+    held = {u for _, units in stated for u in units}
+    unit = held.pop() if len(held) == 1 else ""
+    asked: dict[str, str] = {}
+    if unit and unit_of(unit)[0] == "force":
+        bare = [c.name for c, s in forces if not (s.unit or s.strange)]
+        asked = dict.fromkeys(bare, f"a line above the table says that units are {unit}: this one's too?")
+    others = {s.dimension for c in found if not c.text and not may_be_force(s := said_of(c))}
+    against = {c.name: ask for c, s in forces if s.unit and (ask := _against(s, stated, others))}
+    return [replace(c, unit=unit) if c.name in asked else c for c in found], asked | against
+
+
+def _against(one: Said, stated: Sequence[tuple[str, tuple[str, ...]]], others: Collection[str]) -> str:
+    """Return the question of a force with a unit whose line above the table states another one, an empty text where none does.
+
+    Parameters
+    ----------
+    one : Said
+        The force.
+    stated : sequence
+        Lines with the units that they state.
+    others : collection of str
+        Dimensions of the columns that are no forces: a line may be of these.
+    """
+    for line, units in stated:
+        of_other = all(unit_of(u)[0] in others for u in units) or one.side not in ("", *sides_said(line))
+        if not of_other and all(unit_of(u) != unit_of(one.unit) for u in units):
+            return f"its column says {one.unit}, a line above the table {units[0]} ({shown(line)}): which is it?"
+    return ""
 
 
 def with_unit_columns(found: Sequence[Channel], cells: Callable[[str], Sequence[str]]) -> tuple[list[Channel], dict[str, str]]:
@@ -48,12 +74,12 @@ def with_unit_columns(found: Sequence[Channel], cells: Callable[[str], Sequence[
     return [replace(c, unit=stated.get(c.name, c.unit)) for c in found], asked
 
 
-def _may_be_force(s: Said) -> bool:
+def may_be_force(s: Said) -> bool:
     """Return whether a name says a tension, or one side and nothing of what is measured there (``proximal``)."""
     return s.tension or (bool(s.side) and s.quantity in ("force", "") and s.dimension in ("force", ""))
 
 
-def _said(channel: Channel) -> Said:
+def said_of(channel: Channel) -> Said:
     """Return what a column's name says with the unit that stands apart from it: that of ``f_in`` is no inch."""
     return said(channel.name, "" if channel.unit == unit_in(channel.name) else channel.unit)
 
@@ -68,9 +94,9 @@ def _units(cells: Sequence[str]) -> list[str]:
 def _readings(found: Sequence[Channel], column: str, alone: bool) -> list[Channel]:
     """Return the readings that a column of units is of: those of its side, the one in front of it, and of the only such column all forces of no stated unit."""
     at = next(i for i, c in enumerate(found) if c.name == column)
-    heard = [(c, _said(c)) for c in found if not c.text]
+    heard = [(c, said_of(c)) for c in found if not c.text]
     if side := said(column).side:
-        return [c for c, s in heard if s.side == side and _may_be_force(s)]
+        return [c for c, s in heard if s.side == side and may_be_force(s)]
     front = found[at - 1] if at and not found[at - 1].text and said(found[at - 1].name).quantity not in ("time", "index") else None
     forces = [c for c, s in heard if s.tension and not s.unit] if alone else []
     return [*([front] if front is not None else []), *(c for c in forces if c is not front)]

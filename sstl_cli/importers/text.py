@@ -336,7 +336,8 @@ def remarks(path: Path) -> list[str]:
     with opened(path) as file:
         above = file.read(found.first_byte).split(found.line_end)
     lines = map(as_text, above)
-    return [line for line in lines if sum(n in line for n in found.names) < 2]
+    # a comment without the sign between cells may speak of two columns
+    return [line for line in lines if sum(n in line for n in found.names) < 2 or (found.delimiter.strip() and found.delimiter not in line)]
 
 
 def remarks_within(path: Path) -> list[str]:

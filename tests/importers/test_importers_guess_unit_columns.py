@@ -74,7 +74,30 @@ def test_such_a_line_is_of_columns_that_name_nothing_but_their_side_too(tmp_path
     assert unit(proposal, "tension_in_n") == unit(proposal, "tension_out_n") == "lbf"
 
 
-@pytest.mark.parametrize("line", ["# Units: lb", "# Units: mm", "# unit 3, bench 2"])
-def test_such_a_line_does_not_touch_forces_that_state_their_unit(line: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "line", ["# Units: N", "# Units: mm", "# unit 3, bench 2", "# time in ms", "# Force unit: lbf (converted to N)", "# Range: 50 lbf"]
+)
+def test_such_a_line_does_not_touch_forces_that_state_that_unit(line: str, tmp_path: Path) -> None:
     proposal = found(tmp_path, f"{line}\nTime (s),Fin (N),Fout (N)\n" + rows(T, X, Y))
     assert not proposal.questions and unit(proposal, "tension_in_n") == "N"
+
+
+@pytest.mark.parametrize(
+    ("line", "named"),
+    [
+        ("# Units: lbf", "lbf"),
+        ("Force Units;mN", "mN"),
+        ("Einheit: mN", "mN"),
+        ("# note: all forces converted to pounds by a script", "lbf"),
+        ("# values in V", "V"),
+    ],
+)
+def test_a_line_that_states_another_unit_than_the_names_is_asked_with_both(line: str, named: str, tmp_path: Path) -> None:
+    proposal = found(tmp_path, f"{line}\nTime (s),Fin (N),Fout (N)\n" + rows(T, X, Y))
+    assert {q.target for q in proposal.questions} == {"tension_in_n", "tension_out_n"}
+    assert all(f"its column says N, a line above the table {named}" in q.text for q in proposal.questions)
+
+
+def test_a_line_of_one_side_against_its_name_asks_that_side(tmp_path: Path) -> None:
+    proposal = found(tmp_path, "# Input unit: lbf\n# Supply in V\nTime (s),Fin (N),Fout (N),Supply (V)\n" + rows(T, X, Y, T))
+    assert {q.target for q in proposal.questions} == {"tension_in_n"}
