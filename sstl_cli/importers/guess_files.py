@@ -6,10 +6,21 @@ import re
 from dataclasses import dataclass, replace
 from itertools import takewhile
 
-from sstl_cli.importers.guess_angles import BEND, COUNTED, DECIMAL, LETTERED, TURNS, angle_behind, angle_doubt, unit_of_other
+from sstl_cli.importers.guess_angles import BEND, DECIMAL, LETTERED, TURNS, angle_behind, angle_doubt, unit_of_other
+from sstl_cli.importers.guess_bends import (
+    BEND_DIGITS,
+    DECIMALS,
+    DENIES,
+    DENIES_BEHIND,
+    MOTIONS,
+    ROUND_DEG,
+    maybe_bends,
+    perhaps_bends,
+    straight_place,
+)
 from sstl_cli.importers.guess_parts import LETTERS, TRIAL, Columns, at, before, next_word, next_words
 from sstl_cli.importers.guess_system import names_systems, no_system, way_of
-from sstl_cli.importers.guess_words import LEAD, QUANTITY_OF, REFERENCE, SIDE_OF, words
+from sstl_cli.importers.guess_words import LEAD, SIDE_OF, words
 from sstl_cli.importers.mapping import LABELS
 from sstl_cli.importers.pattern import search
 from sstl_cli.importers.systems import SYSTEM_OF, known_system
@@ -18,22 +29,7 @@ _PARTS = re.compile(rf"\d+(?:\.\d+)?|[{LETTERS}]+|[^{LETTERS}0-9]+")
 # sstlTin, actRun
 _WRITTEN_TOGETHER = re.compile(r"\d+(?:\.\d+)?|[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[^A-Za-z0-9]+")
 _LOCATIONS = {"NP", "CP", "ND"}
-_MOTIONS = words("sine sin sinus tri triangle ramp step steps chirp random trap trapezoid sweep multisine hold cycle")
-# in front of a label, or behind it, these say that it does not hold, or only nearly so
-_DENIES_BEHIND = words(
-    "off removed disabled inactive deactivated detached disconnected failed missing aborted excluded entfernt abgeschaltet deaktiviert "
-    "aus fehlt desactive desactivado rimosso spento free less"
-)
-_DENIES = _DENIES_BEHIND - {"free", "less"} | words(
-    "no not non none without wo w o sans sin senza ohne kein keine keinen nicht anti un ex minus instead former pseudo fake quasi mock pre post "
-    "before after vor nach avant apres"
-)
 _LENGTHS = words("inch inches zoll cm")
-_NO_BEND = COUNTED | TRIAL | _MOTIONS | TURNS | _DENIES | REFERENCE | set(QUANTITY_OF) | set(SIDE_OF) | set(SYSTEM_OF)
-# a number with more digits is a date or the count of a recorder
-_BEND_DIGITS = 3
-# bends are multiples of so many degrees, or have decimals such as these
-_ROUND_DEG, _DECIMALS = 5, {"0", "5", "25", "50", "75"}
 
 
 @dataclass(frozen=True)
@@ -167,7 +163,7 @@ def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int],
         # 30_r1, 30_r2, 60_r1: what counts beside a number of its own are repeats
         asked.remove(_doubt(radius, labels.pop(radius), columns))
     given = set(labels.values())
-    fixed = _maybe_bends(columns)
+    fixed = maybe_bends(columns)
     bare = "config_id" not in given and not {"location", "lead_mm"} <= given
     if bare and fixed and len(unknown) == 1 and _repeats(unknown[0], columns):
         labels[fixed[0]] = "config_id"
@@ -182,6 +178,12 @@ def _labelled(columns: Columns, takes: bool) -> tuple[dict[int, str], list[int],
     elif given & {"system", "location"} and not given & {"config_id", "lead_mm"} and fixed:
         labels[fixed[0]] = "config_id"
         asked.append(f"does {_named_by(fixed, columns)} tell the bending configuration? If not, take config_id out")
+    elif not given & {"system", "location", "config_id", "lead_mm"} and (loose := perhaps_bends(columns)):
+        labels[loose[0]] = "config_id"
+        asked.append(f"does {_named_by(loose, columns)} tell the bending configuration? If not, take config_id out")
+    elif "system" in given and not given & {"config_id", "lead_mm"} and (shape := straight_place(columns)) is not None:
+        labels[shape] = "config_id"
+        asked.append(f"is '{columns[shape][0]}' the bending configuration? If not, take config_id out")
     return labels, unknown, asked
 
 
@@ -211,27 +213,6 @@ def _counts(i: int, columns: Columns) -> bool:
     """Return whether a part counts from 0 or 1 on without a gap."""
     values = {int(v) for v in columns[i] if v.isdigit()}
     return bool(values) and min(values) in (0, 1) and values == set(range(min(values), max(values) + 1))
-
-
-def _maybe_bends(columns: Columns) -> list[int]:
-    """Return the places of numbers, the same in all names, behind a word that may call a bend in any language (``bocht30``), the largest first."""
-    found = []
-    for i, values in enumerate(columns):
-        digits, touching = values[0].partition(".")[0], at(i - 1, columns)[-1:]
-        # ACT45, act_45 and 45_act, where act1 and act01 number actuators
-        beside = {before(i, columns), *next_words(i, columns)[:1]}
-        by_system = bool(beside & set(SYSTEM_OF)) and len(digits) > 1 and digits[0] != "0"
-        if len(set(values)) > 1 or not digits.isdigit():
-            continue
-        if not by_system and (not touching.isalpha() or before(i, columns) in _NO_BEND):
-            continue
-        # 07 counts, 5N and 2Hz have a unit of their own, 0p2 goes on from a number
-        counts = len(digits) > _BEND_DIGITS or (len(digits) > 1 and float(digits) < 10)
-        own_unit = at(i + 1, columns)[:1].isascii() and at(i + 1, columns)[:1].isalpha()
-        goes_on = before(i, columns) in DECIMAL and at(i - 2, columns)[-1:].isdigit()
-        if not (counts or own_unit or goes_on):
-            found.append(i)
-    return sorted(found, key=lambda i: -float(columns[i][0]))
 
 
 def side_of(stem: str) -> str:
@@ -267,7 +248,7 @@ def _label(i: int, values: tuple[str, ...], columns: Columns) -> str | None:
             return "location"
         if names_systems(set(map(str.lower, values))):
             return "system"
-        if {v.lower() for v in values} <= _MOTIONS:
+        if {v.lower() for v in values} <= MOTIONS:
             return "trajectory"
         return "" if len(set(values)) == 1 else None
     if front in LEAD:
@@ -288,7 +269,7 @@ def _denial(i: int, columns: Columns) -> str:
     """Return the word beside a label of letters that says that it does not hold (``no_sstl``, ``sstl_off``) in one of the names, '' where none does."""
     if not columns[i][0][0].isalpha():
         return ""
-    for place, known in ((next_word(i, -1, columns), _DENIES), (next_word(i, 1, columns), _DENIES_BEHIND)):
+    for place, known in ((next_word(i, -1, columns), DENIES), (next_word(i, 1, columns), DENIES_BEHIND)):
         if place is not None and (found := sorted(known & {v.lower() for v in columns[place]})):
             return found[0]
     return ""
@@ -328,7 +309,7 @@ def _doubt(i: int, label: str, columns: Columns) -> str:
         and not re.search(r"s\d", "".join(c[0] for c in columns[i + 1 : i + 5]).lower())
     ):
         return f"is {part} {at(i + 1, columns)} the bend, or a speed per s?"
-    known = BEND | set(SYSTEM_OF) | TRIAL | _MOTIONS | {p.lower() for p in _LOCATIONS}
+    known = BEND | set(SYSTEM_OF) | TRIAL | MOTIONS | {p.lower() for p in _LOCATIONS}
     if front in TURNS or (direct[:1].isalpha() and direct not in known):
         return f"is {part} the bend, or the {front} of something else?"
     return ""
@@ -350,7 +331,7 @@ def _plainly_bend(i: int, columns: Columns) -> bool:
 def _may_begin(i: int, columns: Columns) -> str:
     """Return the number in front of a bend over a separator, where the bend may be its decimals (``22_5deg``), an empty text where none is."""
     number, word = at(i - 2, columns), before(i - 2, columns)
-    if at(i - 1, columns) not in ("_", "-", " ") or not number.isdigit() or number[0] == "0" or len(number) > _BEND_DIGITS or word in TRIAL:
+    if at(i - 1, columns) not in ("_", "-", " ") or not number.isdigit() or number[0] == "0" or len(number) > BEND_DIGITS or word in TRIAL:
         return ""
     # 1_45deg and 12_60deg count; 67_25 is a bend of four digits
     decimals = all(len(v) == 1 for v in columns[i]) or ({*columns[i]} <= {"25", "50", "75"} and len(number) > 1)
@@ -363,8 +344,8 @@ def _goes_on(i: int, columns: Columns, label: str) -> str:
     if not digits[:1].isdigit():
         return ""
     # bend22_5: no bend is 22 and its fifth repeat at once, where bend30_5 may be
-    odd = {v for v in columns[i] if v.isdigit() and int(v) % _ROUND_DEG}
-    if label == "config_id" and mark in ("_", "-", " ") and odd and {*columns[i + 2]} <= _DECIMALS:
+    odd = {v for v in columns[i] if v.isdigit() and int(v) % ROUND_DEG}
+    if label == "config_id" and mark in ("_", "-", " ") and odd and {*columns[i + 2]} <= DECIMALS:
         return mark + digits
     # NP_lead10_20240502 and lead10_30deg go on with another number
     short = len(digits) < 3 and (not behind[:1].isalpha() or behind == "mm")
@@ -374,6 +355,6 @@ def _goes_on(i: int, columns: Columns, label: str) -> str:
 def _unit_behind(i: int, columns: Columns) -> str:
     """Return the letters right behind a lead that are neither mm nor a word of the name's own, and inch or cm behind a separator, else an empty text."""
     direct = {v.lower() for v in columns[i + 1]} if i + 1 < len(columns) and columns[i + 1][0][0].isalpha() else set()
-    own = set(SYSTEM_OF) | TRIAL | _MOTIONS | {p.lower() for p in _LOCATIONS} | {"mm"}
+    own = set(SYSTEM_OF) | TRIAL | MOTIONS | {p.lower() for p in _LOCATIONS} | {"mm"}
     odd = direct - own or set(next_words(i, columns)[:1]) & _LENGTHS
     return min(odd, default="")

@@ -207,3 +207,22 @@ def test_words_for_both_ways_in_names_are_the_system(tmp_path: Path) -> None:
 def test_a_system_in_other_languages_above_the_table_is_read(line: str, system: str, tmp_path: Path) -> None:
     _, found = proposed(tmp_path / "log.csv", f"{line}\n{TABLE}")
     assert tomllib.loads(found.toml)["constants"]["system"] == system and "the file says" in asked(found, "system")
+
+
+@pytest.mark.parametrize("stem", ["essai_coude_45", "prueba_codo_45", "test_bocht30", "essai_pliage_22.5", "essai_coude_45_rep2"])
+def test_a_usual_bend_behind_an_unknown_word_is_asked_without_a_system(stem: str) -> None:
+    named = name_pattern([stem])
+    assert named.labels == ("config_id",) and "tell the bending configuration" in named.question
+
+
+@pytest.mark.parametrize(
+    "stem", ["essai_45", "log_2024", "run_45", "messung_30", "capture_100", "rope12_test", "loadcell_100N", "keithley_07"]
+)
+def test_a_number_that_counts_recordings_is_no_bend(stem: str) -> None:
+    assert not name_pattern([stem]).labels
+
+
+@pytest.mark.parametrize("stem", ["act_straight", "gerade_sstl", "act_curved_run2"])
+def test_a_word_for_a_straight_sheath_beside_the_system_is_asked(stem: str) -> None:
+    named = name_pattern([stem])
+    assert set(named.labels) == {"system", "config_id"} and "the bending configuration" in named.question
