@@ -119,7 +119,8 @@ def _number(values: pa.Array, name: str, origins: dict[str, int], path: Path) ->
             raise SstlError(
                 f"column '{name}' holds {values.type}, not numbers", where=str(path), fix="map another column", code="E328"
             ) from None
-    return np.asarray(values.cast(pa.float64()).to_numpy(zero_copy_only=False), np.float64)
+    # nanoseconds since 1970 are beyond what a double holds exactly, as in all formats: a proposal asks where that matters
+    return np.asarray(values.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False), np.float64)
 
 
 def _label(values: pa.Array) -> pa.Array:

@@ -60,23 +60,32 @@ def _by_words(sample: list[str], cut: Cut) -> Stated | None:
         names = names[:-1]
     last = max((i for i, row in enumerate(rows) if row and _word(row[0]) in TOLD_NAMES), default=0)
     begin = next((i for i, row in enumerate(rows) if i > last and _is_reading(row)), None)
-    if not names or begin is None or len(rows[begin]) not in (len(names), len(names) + 1):
+    if not names or begin is None:
         return None
-    if _names_of_its_own(rows[begin - 1], len(rows[begin])):
+    row = _without_last(rows[begin], len(names))
+    if len(row) not in (len(names), len(names) + 1) or _names_of_its_own(rows[begin - 1], len(rows[begin])):
         return None
     units = next((told[w] for w in told if w in TOLD_UNITS), [])
     ranges = next((told[w] for w in told if w in TOLD_RANGES), [])
     units = units or [r.split()[-1] if r.split() else "" for r in ranges]
-    front = len(rows[begin]) - len(names)
+    front = len(row) - len(names)
     steps = {_number(c) for w in told if w in TOLD_STEPS for c in told[w][:1]} | {
         1.0 / r for w in told if w in TOLD_RATES for c in told[w][:1] if (r := _number(c)) > 0.0
     }
     steps = {s for s in steps if s > 0.0}
     step = min(steps) if steps and max(steps) < 1.001 * min(steps) else math.nan
     units = [UNIT_CELLS.get(u.lower(), u) for u in (*units, *[""] * len(names))][: len(names)]
-    empty = is_missing(rows[begin][0])
+    empty = is_missing(row[0])
     clock = "col1" if empty else "time"
     return Stated(begin, (*[clock] * front, *names), (*["" if empty else "s"] * front, *units), step)
+
+
+def _without_last(row: list[str], named: int) -> list[str]:
+    """Return a row without the empty cells that a separator at its end leaves, where that in front leaves one as well or none stands there."""
+    least = named + is_missing(row[0])
+    while len(row) > least and is_missing(row[-1]):
+        row = row[:-1]
+    return row
 
 
 def _names_of_its_own(row: list[str], width: int) -> bool:

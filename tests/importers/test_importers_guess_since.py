@@ -7,6 +7,8 @@ from datetime import datetime
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from header_table import X, Y, rows
 
@@ -104,3 +106,9 @@ def test_a_rate_is_read_as_operators_and_recorders_write_it(line: str, tmp_path:
 )
 def test_what_is_no_rate_of_samples_or_may_be_two_is_none(line: str) -> None:
     assert np.isnan(rate_said([line]))
+
+
+def test_whole_nanoseconds_since_1970_in_parquet_are_a_clock(tmp_path: Path) -> None:
+    clock = seconds_since(1970) * 10**9 + np.round(1e9 * S).astype(np.int64)
+    pq.write_table(pa.table({"timestamp": clock, "Fin_N": X, "Fout_N": Y}), tmp_path / "a.parquet")
+    assert imported(tmp_path / "a.parquet") == pytest.approx(S, abs=1e-6)
