@@ -32,6 +32,14 @@ def rows_of(chunk: Chunk, rows: slice | NDArray[np.bool_]) -> Chunk:
     return Chunk({k: v[rows] for k, v in chunk.signals.items()}, labels)
 
 
+def filled_rows(chunk: Chunk) -> int:
+    """Return the number of rows down to the last one that holds any number."""
+    if len(chunk) and not all(np.isnan(v[-1]) for v in chunk.signals.values()):
+        return len(chunk)
+    filled = np.flatnonzero(~np.all([np.isnan(v) for v in chunk.signals.values()], axis=0))
+    return int(filled[-1]) + 1 if len(filled) else 0
+
+
 def joined(*chunks: Chunk) -> Chunk:
     """Return chunks one after the other as one."""
     first = chunks[0]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.importers.guess_names import RUN_BEHIND, RUN_IN_FRONT, Said
-from sstl_cli.importers.guess_words import QUANTITY_OF, RMS, SIDE_OF, TREATED, UNIT_WORDS
+from sstl_cli.importers.guess_words import QUANTITY_OF, RMS, SIDE_OF, TREATED, UNIT_WORDS, words
 
 Array = NDArray[np.float64]
 # of the largest correlation, how much tells as little, and how much more the side that pulls moves
@@ -20,6 +20,8 @@ _ENOUGH, _TURNED = 50, 0.02
 _SHOWN = 6
 # "F/T Sequence", "Force sample": the last word says what it is of these
 _NUMBERING = {"sequence", "seq", "index", "idx", "counter", "sample", "samples"}
+# of what a sensor said, beside what was wanted
+_MEASURED = words("meas measured gemessen ist mesure mesuree medida medido misurata misurato")
 SIDES = {"tension_in_n": "in", "tension_out_n": "out"}
 OTHER = {"in": "tension_out_n", "out": "tension_in_n"}
 
@@ -57,15 +59,22 @@ def guess_roles(names: list[Said], data: dict[str, Array]) -> Roles:
 def measured(names: list[Said]) -> list[Said]:
     """Return the tensions without those that were not measured by their names where one beside them was, nor what only numbers readings of forces."""
     tensions = [s for s in names if s.tension and not (s.words[-1:] and s.words[-1] in _NUMBERING and not s.unit)]
+    tensions = [s for s in tensions if not any(_measured_of(s, m) for m in tensions)]
     sure = [s for s in tensions if not s.unmeasured]
     return [s for s in tensions if not s.unmeasured or not any(not s.side or m.side in (s.side, "") for m in sure)]
 
 
+def _measured_of(one: Said, other: Said) -> bool:
+    """Return whether another channel is called as one is, and measured (``T_in_N`` beside ``T_in_meas_N``)."""
+    more = set(other.words) - set(one.words)
+    return one.side == other.side != "" and set(one.words) < set(other.words) and more <= _MEASURED
+
+
 def doubted(found: tuple[Said, ...], question: str) -> str:
     """Return the question of a side with another one where a name says that its channel was not measured, or a multiple."""
-    words = {w for s in found if (w := s.unmeasured or min(RMS.intersection(s.words), default=""))}
-    doubt = f"'{min(words)}' in its name: was this measured?" if words else ""
-    times = {m for s in found if (m := s.multiple) and m not in words}
+    told = {w for s in found if (w := s.unmeasured or min(RMS.intersection(s.words), default=""))}
+    doubt = f"'{min(told)}' in its name: was this measured?" if told else ""
+    times = {m for s in found if (m := s.multiple) and m not in told}
     multiple = (
         f"'{min(times)}' in its name: are these readings that multiple of the force (then give scale), or the force itself?"
         if times
@@ -275,6 +284,8 @@ def _unnamed(names: list[Said], data: dict[str, Array]) -> Roles:
             else f"of {len(names)} channels that move none is named as a tension, nor two as anything that may be"
         )
         shown = f"which channel: {', '.join(repr(s.name) for s in names[:_SHOWN])}?" if names else "which channel?"
+        odd = [s for s in names if s.quantity == "force" and s.unit and s.dimension != "force"]
+        shown += "".join(f" '{s.name}' is called a force, and has the unit {s.unit} in the file" for s in odd[:1])
         return Roles(ask_first=shown, ask_second=shown, reasons=(few,))
     table = np.vstack([np.nan_to_num(data[s.name]) for s in common])
     with np.errstate(invalid="ignore", divide="ignore"):

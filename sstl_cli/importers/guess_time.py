@@ -109,6 +109,10 @@ def guess_time(names: list[Said], data: dict[str, Array], texts: list[str], stat
     hint = f" ({texts[0]}, no time in a form that is known: write 2024-05-03 14:05:06.120, or the seconds)" if texts else ""
     if stated is not None:
         return _by_rate(stated, reasons)
+    if back := next((s for s in names if s.name in data and s.quantity == "time" and runs_forward(-data[s.name])), None):
+        reasons.append(f"'{back.name}' runs backward: the newest sample stands first")
+        ask = f"'{back.name}' runs backward, the newest sample first: sort the rows by it, as no rate turns them round"
+        return TimeGuess(f"time_s = {{ rate_hz = 0 }}{MARK}{ask}", None, tuple(reasons))
     # one that runs forward may be called in a language that is not known here
     likely = ", ".join(repr(s.name) for s in forward if s not in counters)
     what = f"no name says time, and {likely} runs forward: is it the clock, or" if likely else f"no clock found{hint}:"

@@ -14,7 +14,7 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.packets import packets_of
 from sstl_cli.core.runs import Run
 from sstl_cli.core.sound import GAP_PERIODS, LARGEST, OPTIONAL, unsound
-from sstl_cli.importers.chunk import Chunk, joined, rows_of
+from sstl_cli.importers.chunk import Chunk, filled_rows, joined, rows_of
 from sstl_cli.importers.counts import Counts, Policy
 from sstl_cli.importers.mapping import LABELS, REQUIRED, TENSIONS
 from sstl_cli.importers.plan import lead_of
@@ -57,10 +57,12 @@ class Splitter:
         self.zero: float | None = None
         self.gap_s = policy.time.gap_s
         self.step_s: float | None = None
+        self.empty = 0
 
     def runs(self, chunks: Iterable[Chunk]) -> Iterator[Run]:
         """Yield pieces of runs; pieces of one run follow one another."""
         for chunk in chunks:
+            chunk = self._without_end(chunk)
             self.counts.samples_in += len(chunk)
             yield from self._take(self._refreshed(self._clean(chunk)), last=False)
         if self.held is not None:
@@ -85,15 +87,7 @@ class Splitter:
         n = int(lost.sum())
         if not n:
             return chunk
-        self.counts.dropouts += n
-        first = int(np.argmax(lost))
-        if self.policy.repair.dropouts == "fail":
-            raise SstlError(
-                f"{n} dropouts (no number), the first at sample {self.counts.samples_in - len(chunk) + first + 1}",
-                where=self.where,
-                fix='use dropouts = "drop" or "interpolate" in [repair]',
-                code="E350",
-            )
+        self._lost(n, self.counts.samples_in - len(chunk) + int(np.argmax(lost)) + 1)
         no_time = np.isnan(chunk.signals["time_s"])
         if self.policy.repair.dropouts == "interpolate":
             for name in REQUIRED[1:]:
@@ -107,6 +101,28 @@ class Splitter:
             self.counts.between += int(np.isfinite(np.sum(filled, axis=0) + chunk.signals["time_s"]).sum())
         self.counts.notes.aside("dropouts (no number)", int(lost.sum()))
         return rows_of(chunk, ~lost)
+
+    def _without_end(self, chunk: Chunk) -> Chunk:
+        """Return a chunk without empty rows at its end, as below a shorter run beside a longer one; where more follow, they are dropouts."""
+        end = filled_rows(chunk)
+        if end and self.empty:
+            self.counts.samples_in += self.empty
+            self._lost(self.empty, self.counts.samples_in - self.empty + 1)
+            self.counts.notes.aside("dropouts (no number)", self.empty)
+            self.empty = 0
+        self.empty += len(chunk) - end
+        return chunk if end == len(chunk) else rows_of(chunk, slice(0, end))
+
+    def _lost(self, n: int, first: int) -> None:
+        """Count dropouts, of which the first sample is given, and refuse them where that is wanted."""
+        self.counts.dropouts += n
+        if self.policy.repair.dropouts == "fail":
+            raise SstlError(
+                f"{n} dropouts (no number), the first at sample {first}",
+                where=self.where,
+                fix='use dropouts = "drop" or "interpolate" in [repair]',
+                code="E350",
+            )
 
     def _refreshed(self, chunk: Chunk) -> Chunk:
         """Set aside samples that a fast recorder repeated because a slow sensor had nothing new."""

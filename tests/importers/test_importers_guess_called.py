@@ -83,3 +83,18 @@ def test_questions_name_the_columns_of_an_unknown_language(tmp_path: Path) -> No
     _, found = proposed(tmp_path / "act_bend30.csv", "aika_in,eka,toka\n" + rows(T, X, Y))
     texts = {q.target: q.text for q in found.questions}
     assert "'aika_in' runs forward" in texts["time_s"]
+
+
+def test_a_channel_that_is_called_measured_wins_over_the_same_without_that_word(tmp_path: Path) -> None:
+    columns, found = proposed(tmp_path / "act_bend30.csv", "time_s,T_in_N,T_in_meas_N,T_out_N\n" + rows(T, X + 1, X, Y))
+    assert columns["tension_in_n"]["column"] == "T_in_meas_N" and not found.questions
+
+
+def test_a_clock_that_runs_backward_is_said_to(tmp_path: Path) -> None:
+    columns, found = proposed(tmp_path / "act_bend30.csv", "Time (s),Fin (N),Fout (N)\n" + rows(T[::-1], X, Y))
+    assert columns["time_s"] == {"rate_hz": 0} and "'Time (s)' runs backward" in found.questions[0].text
+
+
+def test_a_force_with_the_unit_of_something_else_is_named(tmp_path: Path) -> None:
+    _, found = proposed(tmp_path / "act_bend30.csv", "Time (s),Fin (m),Fout (m)\n" + rows(T, X, Y))
+    assert "'Fin (m)' is called a force, and has the unit m" in found.toml

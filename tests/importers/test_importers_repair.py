@@ -316,3 +316,13 @@ def test_runs_that_are_all_too_short_are_told(tmp_path: Path) -> None:
     path.write_text("run_id," + HEAD + "".join(",".join(map(str, r)) + "\n" for r in rows))
     with pytest.raises(SstlError, match=r"E345.*\(2 run shorter than 2 samples\); check the file and the mapping"):
         load(path)
+
+
+@pytest.mark.parametrize(("behind", "dropouts"), [([], 0), ([(2.9, 30, 59)], 5)])
+def test_empty_rows_at_the_end_are_no_dropouts_unless_more_follow(behind: list[tuple[object, ...]], dropouts: int, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    lines = [",".join(map(str, r)) for r in even(20)] + [",,"] * 5 + [",".join(map(str, r)) for r in behind]
+    path.write_text("time_s,tension_in_n,tension_out_n\n" + "\n".join(lines) + "\n")
+    result, runs = load(path, constants={"system": "act"}, time={"on_gap": "split", "gap_s": 5.0})
+    assert result.counts.dropouts == dropouts and sum(len(r) for r in runs) == 20 + len(behind)
+    assert result.counts.samples_in == 20 + dropouts + len(behind)
