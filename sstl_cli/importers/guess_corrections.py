@@ -36,9 +36,10 @@ _DONE = words(
 )
 _OPEN = words(
     "not nicht no non never ohne without sans sin senza pas missing pending todo later noch still must should needs need remains kein keine "
-    "unapplied uncorrected uncalibrated unkalibriert unscaled raw"
+    "off disabled unapplied uncorrected uncalibrated unkalibriert unscaled raw"
 )
-_TO_BE = re.compile(r"\bto be\b|\bto apply\b|\bzu \w+en\b|\ba appliquer\b|\bpor aplicar\b|\bda applicare\b")
+_TO_BE = re.compile(r"\b(?:to|will) be\b|\bto apply\b|\bzu \w+en\b|\ba appliquer\b|\bpor aplicar\b|\bda applicare\b")
+_TO_DO = words("multiply subtract divide multiplizieren abziehen dividieren soustraire multiplicar restar moltiplicare sottrarre")
 _NONE = words("none keine aucun aucune ninguno nessuno")
 # of a clock, a place or a picture, not of a force
 _OF_ELSE = words(
@@ -49,6 +50,10 @@ _OF_ELSE = words(
 _DATED = re.compile(
     r"\d{4}-\d|\d{1,2}[./]\d{1,2}[./]\d{2,4}|\d{4}[./]\d|\b(?:jan|feb|mar|apr|may|mai|jun|jul|aug|sep|o[ck]t|nov|de[cz])[a-z]*\b"
 )
+# what comes after the numbers of a word
+_NEXT = re.compile(r"[;|,]\s*(?=[^\W\d_])")
+# of a gain that is none of newtons, or only about a zero
+_HARDLY = words("amplifier verstarker amp preamp adc pga hx ads ina conditioner bridge safety drift")
 _NUMBER = re.compile(r"(?<![\w.:-])[-+]?\d+(?:[.,]\d+)?(?:e[-+]?\d+)?(?![\w:]|[.,]\d)")
 _SWAPPED = re.compile(
     r"\b(?:swapped|interchanged|vertauscht|verwechselt|mis-?label\w*|wrongly label\w*|intervertis?|interverties|scambiat[ei]|intercambiad[oa]s)\b"
@@ -58,8 +63,11 @@ _CHANNELS = words(
     "channel channels kanal kanale kanaele column columns spalte spalten force forces cell cells sensor sensors signal signals label labels names input "
     "output inputs outputs in out fin fout tension tensions kraft krafte voies voie colonnes canales columnas canali colonne"
 )
-# 5 N/V, 2.5 mN per count
-_SENSITIVITY = re.compile(r"\d[\d.,]*\s*([^\W\d_]{1,4})\s*(?:/|\b(?:per|pro|par|por)\b)\s*(?:m?V|volts?|counts?|digits?|bits?|lsb|inc)\b")
+# 5 N/V, 2.5 mN per count, 1 V = 5 N
+_SENSITIVITY = re.compile(
+    r"\d[\d.,]*\s*([^\W\d_]{1,4})\s*(?:/|\b(?:per|pro|par|por)\b)\s*(?:m?V|volts?|counts?|digits?|bits?|lsb|inc)\b"
+    r"|\d\s*(?:m?V|volts?|counts?|digits?|bits?|lsb)\s*=\s*\d[\d.,]*\s*([^\W\d_]{1,4})\b"
+)
 # of a column: what another one is to be corrected by
 _BESIDE = _ZEROS - words("zeroing tared taring") | _FACTORS | words("correction korrektur")
 _MEASURED_ELSE = ("time", "position", "angle", "index", "current", "pressure")
@@ -82,7 +90,7 @@ def corrections_said(found: Sequence[Channel], remarks: Iterable[str]) -> dict[s
             for channel in found:
                 one = said_of(channel)
                 if not channel.text and may_be_force(one) and one.side in ("", *sides):
-                    asked.setdefault(channel.name, f"above the table stands {shown(line)}: {ask}")
+                    asked.setdefault(channel.name, f"the file says {shown(line)}: {ask}")
     return asked
 
 
@@ -106,28 +114,35 @@ def open_correction(line: str) -> str:
         return ""
     ask = "is that in these readings already?"
     sensed = _SENSITIVITY.search(cased)
-    if sensed and unit_of(stated_unit(sensed[1]) or "s")[0] == "force":
+    if sensed and unit_of(stated_unit(sensed[1] or sensed[2]) or "s")[0] == "force":
         return ask
     if told & _OF_ELSE:
         return ""
     zero, factor, calibrated = (bool(told & known) for known in (_ZEROS, _FACTORS, _CALIBRATED))
+    if told & _TO_DO:
+        return ask
     if not (zero or factor or calibrated) or told & _NONE:
         return ""
     if left:
         return ask
-    numbers = _numbers(plain)
-    nothing = {0.0, 1.0} if not zero else {0.0}
-    dated = _DATED.search(plain) is not None
-    return ask if not dated and (zero or factor) and numbers and not numbers <= nothing else ""
+    dated = _DATED.search(plain) is not None or bool(told & _HARDLY)
+    return ask if not dated and (zero or factor) and _tells_more(plain) else ""
 
 
-def _numbers(plain: str) -> set[float]:
-    """Return the numbers of a line behind the first word for a correction, of the whole line where none stands there."""
-    first = next((m.end() for m in re.finditer(r"[^\W\d_]+", plain) if m[0] in _ZEROS | _FACTORS), 0)
+def _tells_more(plain: str) -> bool:
+    """Return whether a zero in a line is another than 0, or a factor another than 1: the numbers behind their words, else those of the line."""
+    found = [m for m in re.finditer(r"[^\W\d_]+", plain) if m[0] in _ZEROS | _FACTORS]
+    # Sampling: 100 Hz; Gain: 1.0
+    behind = [(m[0], _numbers(_NEXT.split(plain[m.end() :])[0])) for m in found]
+    told = [(word, held) for word, held in behind if held] or [(m[0], _numbers(plain)) for m in found]
+    return any(held - ({0.0} if word in _ZEROS else {0.0, 1.0}) for word, held in told)
+
+
+def _numbers(part: str) -> set[float]:
+    """Return the numbers in a part of a line."""
     # Gain,1,1: cells, and no decimals
-    cells = [t.replace(",", ";") if re.match(r"[^\d]*,", t) else t for t in (plain[first:], plain)]
-    found = next(filter(None, map(_NUMBER.findall, cells)), [])
-    return {float(n.replace(",", ".")) for n in found}
+    cells = part.replace(",", ";") if re.match(r"[^\d]*,", part) else part
+    return {float(n.replace(",", ".")) for n in _NUMBER.findall(cells)}
 
 
 def joined(*asked: Mapping[str, str]) -> dict[str, str]:
@@ -139,9 +154,9 @@ def with_corrections(names: Sequence[Said], data: Mapping[str, Array]) -> list[S
     """Return what names say, with a question for forces beside a channel that is called a zero or a factor of their side, and is neither 0 nor 1 throughout."""
     asked: dict[str, str] = {}
     for one in names:
-        told = _BESIDE.intersection(one.words)
-        if not told or not _of_force(one):
+        if not corrects(one):
             continue
+        told = _BESIDE.intersection(one.words)
         values = data.get(one.name, np.empty(0))
         held = np.unique(values[np.isfinite(values)])
         if not len(held) or set(held.tolist()) <= ({0.0} if told & _ZEROS else {0.0, 1.0}):
@@ -152,8 +167,10 @@ def with_corrections(names: Sequence[Said], data: Mapping[str, Array]) -> list[S
     return [asking(s, asked.get(s.name, "")) for s in names]
 
 
-def _of_force(one: Said) -> bool:
-    """Return whether a zero or a factor may be that of a force: it says so, or a side, or nothing else."""
+def corrects(one: Said) -> bool:
+    """Return whether a channel is called a zero or a factor that may be that of a force: its name says so, or a side, or nothing else."""
+    if not _BESIDE.intersection(one.words):
+        return False
     if one.quantity in _MEASURED_ELSE or one.dimension in ("time", "length", "angle", "pressure") or one.reference:
         return False
     return one.quantity == "force" or bool(one.side) or set(one.words) <= _BESIDE | {"log", "data"}

@@ -20,7 +20,7 @@ from sstl_cli.importers.guess_beside import Beside, remarks_of, told_beside
 from sstl_cli.importers.guess_blocks import Stacked, stacked
 from sstl_cli.importers.guess_clocks import Clocks, clock_if_forward, clocks_of_channels, with_own_clocks
 from sstl_cli.importers.guess_config import chosen_config, config_columns, labelling
-from sstl_cli.importers.guess_corrections import corrections_said, joined, with_corrections
+from sstl_cli.importers.guess_corrections import corrections_said, corrects, joined, with_corrections
 from sstl_cli.importers.guess_fractions import Parts, sums
 from sstl_cli.importers.guess_groups import with_groups
 from sstl_cli.importers.guess_labels import (
@@ -166,7 +166,8 @@ def _told_first(runs: str, channels: Sequence[Channel], blocks: Stacked | None) 
 
 def _with_units(chosen: Format, path: Path, found: list[Channel]) -> tuple[list[Channel], dict[str, str]]:
     """Return the channels with what columns of units beside them, and a line above, say in a table, and the questions that those raise."""
-    lines = remarks_of(chosen, path)
+    single = [c.name for c in found if c.rows == 1 and not c.text and corrects(said(c.name))]
+    lines = [*remarks_of(chosen, path), *(f"{re.split('[./@]', n)[-1]}: {t}" for n in single for t in _first_texts(chosen, path, n)[0])]
     doubts: dict[str, str] = {}
     if chosen.ID in TABLES:
         found, doubts = with_unit_columns(found, lambda name: _first_texts(chosen, path, name)[0])

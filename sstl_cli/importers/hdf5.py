@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +33,8 @@ def sniff(head: bytes, path: Path) -> bool:
 
 # of attributes that may tell labels
 MAX_GROUPS, MAX_REMARK, MAX_ATTRIBUTE_DEPTH = 64, 200, 3
+# of a dataset's own attributes, those that its readings may still need
+_CORRECTS = re.compile("offset|scale|gain|factor", re.IGNORECASE)
 # in front of an attribute's name, behind its group's
 ATTRIBUTE = "@"
 
@@ -53,7 +57,7 @@ def read(path: Path, numbers: list[str], labels: list[str], layout: Layout, note
 
 
 def remarks(path: Path) -> list[str]:
-    """Return the attributes of the file and its groups, as ``name: value``."""
+    """Return the attributes of the file and its groups, and those of datasets that correct their readings, as ``name: value``."""
     with guarded(path, TITLE):
         return [c.name for c in isolated(lambda: _attributes(path), path)]
 
@@ -69,6 +73,13 @@ def _attributes(path: Path) -> list[Channel]:
         # as channels they go through the pipe of the child process
         held = [
             (k, v) for group in groups[:MAX_GROUPS] for k, v in group.attrs.items() if isinstance(v, (str, bytes, int, float, np.number))
+        ]
+        # scale_factor and add_offset stand at the readings themselves
+        held += [
+            (f"{name} {k}", v)
+            for name, dataset in islice(walk(file, path), MAX_GROUPS)
+            for k, v in dataset.attrs.items()
+            if isinstance(v, (int, float, np.number)) and _CORRECTS.search(k)
         ]
         return [Channel(f"{k}: {v.decode('utf-8', 'replace') if isinstance(v, bytes) else v}"[:MAX_REMARK]) for k, v in held]
 

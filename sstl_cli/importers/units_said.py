@@ -17,7 +17,7 @@ _LINE = re.compile(
 )
 # all forces in mN; values are in lbf; all loads converted to newtons
 _SPOKEN = re.compile(
-    r"(?:^|[\W_])(?:forces?|loads?|tensions?|kr(?:ä|ae?)fte?|last(?:en)?|efforts?|fuerzas?|forze|forza|values?|readings?|werte?|messwerte|valeurs?|valor(?:es|i)?|data|channels?|units?)"
+    r"(?:^|[\W_])(?:forces?|loads?|tensions?|kr(?:ä|ae?)fte?|last(?:en)?|efforts?|fuerzas?|forze|forza|values?|readings?|werte?|messwerte|valeurs?|valor(?:es|i)?|data|channels?|columns?|signals?|outputs?|units?)"
     r"(?=\W)[^.;:=]{0,40}?(?:\W|\b)(?:in|are|is|to|into|as|en|sind|als|nach|=|:)\s+([^\s;,.()\"]{1,12})(?![^\s;,.()\"])",
     re.IGNORECASE,
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from header_table import T, X, Y, rows
@@ -52,6 +53,11 @@ def test_a_line_above_the_table_asks_the_side_that_it_speaks_of(line: str, targe
         "no corrections applied",
         "Tara 0,35 N noch abzuziehen",
         "Facteur 2 non applique",
+        "Sampling: 100 Hz; Gain: 2.0; Offset: 0.0",
+        "Offset correction: off",
+        "1 V = 5 N",
+        "multiply Fin by 2",
+        "zero of 0.35 N will be subtracted later",
     ],
 )
 def test_what_is_not_said_to_be_done_is_asked(line: str) -> None:
@@ -75,6 +81,9 @@ def test_what_is_not_said_to_be_done_is_asked(line: str) -> None:
         "load cell of 50 N, 2 mV/V",
         "channels checked, not swapped",
         "No. of samples 500",
+        "Sampling: 100 Hz; Gain: 1.0; Offset: 0.0",
+        "Amplifier: HX711, gain 128",
+        "Zero drift < 0.1 N",
     ],
 )
 def test_what_is_done_or_of_something_else_is_no_question(line: str) -> None:
@@ -128,3 +137,16 @@ def test_a_number_that_counts_channels_is_no_multiple(name: str) -> None:
 def test_a_multiple_in_the_name_of_a_force_is_asked(tmp_path: Path) -> None:
     [question] = found(tmp_path, "Time (s),Fin_x2 (N),Fout (N)").questions
     assert question.target == "tension_in_n" and "'x2' in its name" in question.text
+
+
+@pytest.mark.parametrize(
+    ("place", "name", "value", "asks"), [("", "offset_in", 0.35, True), ("Fin_N", "scale_factor", 2.0, True), ("", "gain", 1.0, False)]
+)
+def test_a_single_number_and_an_attribute_of_a_dataset_that_correct_are_asked(
+    place: str, name: str, value: float, asks: bool, tmp_path: Path
+) -> None:
+    path = tmp_path / "act_bend60.h5"
+    with h5py.File(path, "w") as file:
+        file.update({"time_s": T, "Fin_N": X, "Fout_N": Y})
+        (file[place].attrs if place else file)[name] = value
+    assert {q.target for q in guess([path]).questions} == ({"tension_in_n"} if asks else set())
