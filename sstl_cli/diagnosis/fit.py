@@ -26,7 +26,7 @@ from sstl_cli.diagnosis.constants import (
     THETA_LOW,
     THETA_STEP,
 )
-from sstl_cli.diagnosis.free import Free, as_effects
+from sstl_cli.diagnosis.free import Bounds, Free, as_effects, bounds_of
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import Noise, Whitener, whitener
@@ -34,13 +34,6 @@ from sstl_cli.physics.effect import TRANSITION
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
-
-
-class Bounds(NamedTuple):
-    """Where free parameters may lie, shapes (k,)."""
-
-    low: Array
-    high: Array
 
 
 class _Place(NamedTuple):
@@ -220,7 +213,7 @@ def fit(
         Whether slopes are made afresh at every step: few steps from a poor start lead further by them.
     """
     free = hypothesis.free
-    bounds = _bounds(sim, free)
+    bounds = bounds_of(free, sim.read_n)
     at = _place(
         sim, whiten, free, theta, values if known else np.clip(values, bounds.low, bounds.high), known.prediction if known else None
     )
@@ -252,15 +245,6 @@ def fit(
     if not fresh:
         j = jacobian(sim, at.theta, free, at.values, at.prediction)
     return Fit(hypothesis, at.theta, at.values, at.cost + 0.5 * whiten.log_det, at.prediction, sim.y - at.prediction, j, whiten)
-
-
-def _bounds(sim: Simulator, free: Sequence[Free]) -> Bounds:
-    """Return where parameters may lie: a knee where some readings are on either side of it, since beyond it would be a gain or nothing."""
-    low, high = np.array([f.parameter.least for f in free]), np.array([f.parameter.most for f in free])
-    for i, f in enumerate(free):
-        if f.parameter.name in f.effect.knees:
-            low[i], high[i] = np.clip(sim.read_n, low[i], high[i])
-    return Bounds(low, high)
 
 
 def _place(sim: Simulator, whiten: Whitener, free: Sequence[Free], theta: Array, values: Array, prediction: Array | None = None) -> _Place:

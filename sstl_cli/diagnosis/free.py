@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +68,20 @@ class Free:
     @property
     def width(self) -> float:
         return self.parameter.high - self.parameter.low
+
+
+class Bounds(NamedTuple):
+    """Where free parameters may lie, shapes (k,)."""
+
+    low: Array
+    high: Array
+
+
+def bounds_of(free: Sequence[Free], read_n: tuple[float, float]) -> Bounds:
+    """Return where parameters may lie: a knee where readings (N) are on either side of it, since beyond it would be a gain or nothing."""
+    found = [(f.parameter.least, f.parameter.most) for f in free]
+    found = [tuple(np.clip(read_n, *x)) if f.parameter.name in f.effect.knees else x for f, x in zip(free, found, strict=True)]
+    return Bounds(*np.array(found).reshape(-1, 2).T)
 
 
 def free_parameters(ids: Sequence[str], systems: Sequence[str]) -> list[Free]:

@@ -76,7 +76,7 @@ def _refined(runs: Sequence[Run], scale: Scale) -> Scale:
     free = [
         f
         for f in free_parameters(("gain_error", "zero_offset"), problem.systems)
-        if f.parameter.name in ("g_act", "g_sstl") or f.parameter.name.startswith("z_out")
+        if f.effect.id == "gain_error" or f.parameter.name.startswith("z_out")
     ]
     plain = white(1.0, sim.weight, [s.start for s in sim.slices()])
     start = np.array([f.parameter.neutral for f in free])

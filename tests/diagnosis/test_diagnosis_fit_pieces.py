@@ -9,8 +9,8 @@ import pytest
 from made_fits import NOISE_N, NOTHING, THETA, made, noise, simulator
 
 from sstl_cli.diagnosis.constants import EDGE, PARAMETER_STEP, SHARES, START_FACTORS, THETA_HIGH, THETA_LOW, THETA_STEP
-from sstl_cli.diagnosis.fit import Bounds, _bounded_step, first_theta, fit, jacobian, partial, settle
-from sstl_cli.diagnosis.free import as_effects
+from sstl_cli.diagnosis.fit import _bounded_step, first_theta, fit, jacobian, partial, settle
+from sstl_cli.diagnosis.free import Bounds, as_effects
 from sstl_cli.diagnosis.hypotheses import full, laws, variants
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 

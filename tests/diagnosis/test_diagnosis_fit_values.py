@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from sstl_cli.diagnosis import fit as of
-from sstl_cli.diagnosis.fit import Bounds, Fit, _bounded_step, _most_likely, _normal_equations, _secant, held
+from sstl_cli.diagnosis.fit import Fit, _bounded_step, _most_likely, _normal_equations, _secant, held
+from sstl_cli.diagnosis.free import Bounds
 
 
 def test_a_step_beyond_a_bound_on_which_a_value_stands_is_held_there_and_the_others_go_on():

@@ -8,7 +8,6 @@ from made_fits import NOISE_N, THETA, simulator
 
 from sstl_cli.diagnosis.fit import fit
 from sstl_cli.diagnosis.hypotheses import Hypothesis, laws
-from sstl_cli.diagnosis.starts import starting
 from sstl_cli.diagnosis.whitening import white
 
 SIM = simulator()
@@ -33,10 +32,3 @@ def test_a_knee_begins_between_readings(begin: float, found: float) -> None:
 def test_a_knee_ends_between_readings() -> None:
     done = fit(SIM, WHITEN, of("saturation", "soft_out", "knee_n", "width_n"), THETA, np.array([0.8, 45.0, 5.0]), 6)
     assert SIM.read_n[0] <= done.values[1] <= SIM.read_n[1]
-
-
-def test_one_gain_may_serve_both_systems() -> None:
-    systems = ("act", "sstl")
-    assert [[f.parameter.name for f in h.free] for h in starting("gain_error", systems)] == [["g_act", "g_sstl"], ["g"]]
-    done = fit(SIM, WHITEN, of("gain_error", "g"), THETA, np.array([1.05]), 0)
-    assert np.array_equal(done.prediction, SIM.predict(THETA, {"gain_error": {"g_act": 1.05}}))

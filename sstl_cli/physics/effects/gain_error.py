@@ -4,7 +4,7 @@ from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampli
 
 
 def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
-    return tension * (v["g"] * v[f"g_{run.system}"])
+    return tension * v[f"g_{run.system}"]
 
 
 EFFECT = Effect(
@@ -16,9 +16,7 @@ EFFECT = Effect(
     parameters=(
         Parameter("g_act", "1", 1.0, 0.85, 1.15, "output over input gain, actuation", system="act"),
         Parameter("g_sstl", "1", 1.0, 0.85, 1.15, "output over input gain, SSTL", system="sstl"),
-        Parameter("g", "1", 1.0, 0.85, 1.15, "output over input gain of both, as of sensors that both systems share"),
     ),
-    laws=(("g",),),
     excitation="Several configurations; dead weights settle it.",
     order=55,
     look_alikes=("asymmetric_friction", "sensor_nonlinearity", "crosstalk", "pulley_friction"),

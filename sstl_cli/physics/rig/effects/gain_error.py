@@ -5,7 +5,7 @@ from sstl_cli.physics.rig.effect import Effect, Reading, Values
 
 
 def _sense(seen: Reading, v: Values) -> None:
-    seen.t_out = seen.t_out * (v["g"] * v[f"g_{seen.system}"])
+    seen.t_out = seen.t_out * v[f"g_{seen.system}"]
 
 
-EFFECT = Effect({name: Bounds(1.0, 0.85, 1.15) for name in ("g_act", "g_sstl", "g")}, order=55, sense=_sense)
+EFFECT = Effect({f"g_{system}": Bounds(1.0, 0.85, 1.15) for system in ("act", "sstl")}, order=55, sense=_sense)

@@ -12,7 +12,7 @@ LAWS = (
 
 
 def _sense(seen: Reading, v: Values, law: Chosen) -> None:
-    gain = v["g"] * v[f"g_{seen.system}"]
+    gain = v[f"g_{seen.system}"]
     if law.id == "both_sensors":
         seen.t_in, seen.t_out = seen.t_in / np.sqrt(gain), seen.t_out * np.sqrt(gain)
     else:
@@ -20,4 +20,4 @@ def _sense(seen: Reading, v: Values, law: Chosen) -> None:
         seen.t_out = seen.t_out * (1.0 + (gain - 1.0) * 1.4 * pull / (pull + law.shape))
 
 
-EFFECT = Effect({name: wide(1.0, 0.85, 1.15) for name in ("g_act", "g_sstl", "g")}, LAWS, order=55, sense=_sense)
+EFFECT = Effect({f"g_{system}": wide(1.0, 0.85, 1.15) for system in ("act", "sstl")}, LAWS, order=55, sense=_sense)
