@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from batch_processes import group, started, wait_for
 from program import inside
+from soon import asked
 from trust_program import SSTL, document, write_log
 
 FILES = 24
@@ -17,7 +18,7 @@ FILES = 24
 MANY = 80
 
 
-@pytest.mark.parametrize(("workers", "whole_group"), [(1, False), (2, True)])
+@pytest.mark.parametrize(("workers", "whole_group"), asked(((1, False), (2, True)), (2, True), several=True))
 def test_ctrl_c_ends_at_once_and_is_resumed(tmp_path: Path, workers: int, whole_group: bool) -> None:
     first = write_log(tmp_path / "first.parquet", runs=10)
     logs = [shutil.copy(first, tmp_path / f"log-{i:02d}.parquet") for i in range(FILES)]

@@ -184,6 +184,7 @@ def test_what_is_refitted_is_counted_in_the_predicted_rate(effect, simulator, se
     assert predicted == pytest.approx(free, abs=0.04) and low <= predicted <= high
 
 
+@pytest.mark.slow
 def test_a_model_is_relieved_of_what_noise_gives_it():
     case = limit_simulation.case_of("asymmetric_friction", "rig", 42, 4.0)
     # one constant against two, and a theta for each of two bends: half a nat each

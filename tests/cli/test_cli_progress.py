@@ -73,6 +73,7 @@ def test_work_that_is_done_twice_has_two_halves():
     assert pace.share() == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_a_diagnosis_tells_as_many_steps_as_the_bar_has(monkeypatch, capsys):
     told = []
 

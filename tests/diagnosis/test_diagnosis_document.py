@@ -137,6 +137,7 @@ def test_without_propagation_nothing_is_named():
     assert document["next_experiment"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("effect", "values"),
     [

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from soon import asked
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.gathering import gather
@@ -97,7 +98,7 @@ def unlike(seed, fastest_hz, slow_s):
 
 
 # of slow movement the readings tell what is noise, of fast movement the output does
-@pytest.mark.parametrize(("seed", "fastest_hz", "slow_s"), [(11, 0.4, 0.3), (25, 1.2, 0.4)])
+@pytest.mark.parametrize(("seed", "fastest_hz", "slow_s"), asked(((11, 0.4, 0.3), (25, 1.2, 0.4)), (11, 0.4, 0.3), several=True))
 def test_noise_of_an_input_whose_output_has_none_is_found_and_nothing_is_missing(seed, fastest_hz, slow_s):
     runs = [unlike(seed, fastest_hz, slow_s), unlike(seed + 1, fastest_hz, slow_s)]
     found = run(runs, DiagnoseOptions(max_effects=1, effects=("viscous", "const_friction", "stribeck")))

@@ -55,6 +55,7 @@ def test_a_filter_of_second_order_is_seen_for_what_it_is(filtered):
     assert found.best(("channel_lowpass",)).evidence > found.best(("channel_delay",)).evidence
 
 
+@pytest.mark.slow
 def test_such_a_filter_is_never_called_a_delay(filtered):
     verdict = run(filtered, OPTIONS).verdict
     assert not (verdict.status == IDENTIFIED and "channel_delay" in verdict.effects)

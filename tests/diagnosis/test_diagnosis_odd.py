@@ -139,6 +139,7 @@ def test_the_run_that_alone_has_a_gap_is_named(runs, how):
     assert DiagnosisDocument.model_validate(json.loads(dumps(document))).verdict.odd_runs
 
 
+@pytest.mark.slow
 def test_no_run_is_odd_where_all_are_alike_and_nothing_is_diagnosed_again(runs, monkeypatch):
     calls = []
     real = gathering.gather

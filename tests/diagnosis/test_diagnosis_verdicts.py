@@ -132,10 +132,12 @@ def jumped():
     return verdict(theta_jump(record({})), effects=FEW[:5])
 
 
+@pytest.mark.slow
 def test_an_effect_of_no_catalogue_is_unknown(jumped):
     assert jumped["verdict"]["status"] == "unknown", jumped["verdict"]
 
 
+@pytest.mark.slow
 def test_unknown_says_what_is_left_and_where(jumped):
     left = jumped["verdict"]["leftover"]
     assert left and all(t["test"] and t["where"] for t in left)

@@ -107,6 +107,7 @@ def test_the_filter_is_the_inverse_root_of_the_dense_covariance():
     assert w.log_det == pytest.approx(np.linalg.slogdet(sigma)[1], rel=1e-10)
 
 
+@pytest.mark.slow
 def test_a_smoother_that_was_told_of_slow_noise_has_it_in_its_error():
     ph, law = phases(), error_of_means(chain(READ, KNOWN, TOLD, CORNERS, BENDS)[0], FACTOR)[0]
     w, sigma = whitener(constants([Made(error_law=law, told_n=0.015)], NOISE), ph), dense(ph, told=True)

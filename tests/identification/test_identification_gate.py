@@ -227,6 +227,7 @@ def test_an_output_that_is_no_tension_has_no_unit_to_judge():
     assert gate.remarks([replace(r, unit_out="deg") for r in angles]) == ()
 
 
+@pytest.mark.slow
 def test_two_values_are_no_switch_where_the_sensor_shows_more_or_the_input_rests():
     step = 20.0
     coarse = [replace(r, tension_out_n=step * np.round(r.tension_out_n / step)) for r in sample()]

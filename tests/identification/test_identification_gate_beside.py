@@ -113,6 +113,7 @@ def test_a_run_whose_noise_is_far_below_the_others_was_smoothed():
         assert said.run_ids == ("act-b050",) and word in said.sentence
 
 
+@pytest.mark.slow
 def test_an_output_behind_a_low_pass_whose_friction_is_plain_is_no_command():
     def filtered(r: Run) -> Run:
         """Return a run whose amplifier has a low-pass of third order, 0.1 s."""

@@ -39,6 +39,7 @@ def findings(r):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("top", "digits"),
     [(45.0, 1), *(pytest.param(top, digits, marks=pytest.mark.slow) for top, digits in ((24.0, 2), (12.0, 3), (90.0, 2)))],

@@ -64,6 +64,7 @@ def test_friction_that_differs_by_direction_is_no_gain() -> None:
     assert not remarks([turned(r, theta) for r, theta in log])
 
 
+@pytest.mark.slow
 def test_current_of_a_transmitter_is_told_with_gain_and_zero() -> None:
     log = [bend(n, theta, s, 0.32, 4.0, low=0.2) for n, theta, s in (("a", 0.3, 1), ("a", 0.3, 2), ("b", 0.5, 3))]
     (said,) = remarks(log)
@@ -72,6 +73,7 @@ def test_current_of_a_transmitter_is_told_with_gain_and_zero() -> None:
     assert "gain = 3.1" in said.mend
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("channel", [0, 1])
 def test_volts_of_a_channel_with_a_zero_of_its_own_are_told(channel: int) -> None:
     # 0.05 V/N and 1.2 V at no tension: less than the zero of a sound sensor would be in N
@@ -83,6 +85,7 @@ def test_volts_of_a_channel_with_a_zero_of_its_own_are_told(channel: int) -> Non
     assert said.mend.startswith(name) and "gain = 20" in said.mend and "offset = 1.2" in said.mend
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("zero", [-0.3, 0.3])
 def test_small_zero_beside_a_gain_does_not_tell_the_channel(zero: float) -> None:
     # of the input as of the output: 1.2 N is what sound sensors are off as well
@@ -92,6 +95,7 @@ def test_small_zero_beside_a_gain_does_not_tell_the_channel(zero: float) -> None
     assert "gain = 4 }" in said.mend and "offset" not in said.mend
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gain", "zero"), [(1.15, 2.0), (0.85, -0.1), (1.0, 2.0)])
 def test_gain_and_zero_of_sound_sensors_are_not_told(gain: float, zero: float) -> None:
     assert not remarks([bend(n, theta, s, gain, zero) for n, theta, s in (("a", 0.3, 1), ("a", 0.3, 2), ("b", 0.5, 3))])
@@ -127,6 +131,7 @@ def test_creep_alone_is_no_gain() -> None:
     assert not remarks([creeping(bend(n, theta, 10 * k + s), 0.004 * (1 + k)) for k, (n, theta) in enumerate(BENDS) for s in (1, 2)])
 
 
+@pytest.mark.slow
 def test_friction_that_differs_by_direction_is_no_gain_of_some_bends() -> None:
     def turned(n: str, theta: float, seed: int) -> Run:
         run = bend(n, 0.0, seed)

@@ -54,6 +54,7 @@ def test_two_columns_of_the_same_numbers_are_told_and_no_others(top, a, b):
     assert copy.failed == spoils and (not spoils or said == (copy,))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [5e-4, 5e-3])
 def test_two_sensors_of_one_tension_lose_nothing_at_any_bend(noise):
     rng = np.random.default_rng(3)

@@ -29,6 +29,7 @@ def swapped(r: Run) -> Run:
     return replace(r, tension_in_n=r.tension_out_n, tension_out_n=r.tension_in_n)
 
 
+@pytest.mark.slow
 def test_swapped_channels_are_told_of_all_runs_and_nothing_else_of_the_rest() -> None:
     log = [swapped(r) for r in (*rig()[:2], steps("steps", 0.6, 4))]
     said = remarks(log)
@@ -135,6 +136,7 @@ def test_a_delay_that_all_runs_share_is_told_before_a_sign_or_energy() -> None:
     assert len(said[0].run_ids) == 5
 
 
+@pytest.mark.slow
 def test_an_output_at_another_rate_is_no_other_recording() -> None:
     def doubled(r: Run) -> Run:
         half = len(r) // 2
@@ -147,6 +149,7 @@ def test_an_output_at_another_rate_is_no_other_recording() -> None:
     assert len(told.run_ids) >= 4
 
 
+@pytest.mark.slow
 def test_a_label_of_one_run_is_told_though_presliding_hides_its_slopes() -> None:
     def gives(x: np.ndarray, theta: float) -> np.ndarray:
         """Strands that slide one after the other."""

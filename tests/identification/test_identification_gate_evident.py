@@ -88,6 +88,7 @@ def halved(r: Run) -> Run:
     return replace(r, time_s=2.0 * r.time_s)
 
 
+@pytest.mark.slow
 def test_a_clock_is_told_from_a_slow_movement_by_the_lag_of_the_drive():
     clean = [bend(r.config_id, 0.3, r.system, 0, sd=0.0) for r in rig()]
     sound = [lag(r, 0.1) for r in clean]

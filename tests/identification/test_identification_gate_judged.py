@@ -53,6 +53,7 @@ def test_a_clock_that_drifts_by_some_percent_is_told():
     assert said.rule == "drift" and abs(said.number) == pytest.approx(3.0, abs=0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("theta", [0.2, 0.5])
 def test_a_channel_zeroed_under_load_is_no_flipped_sign(theta):
     run = loop(theta=theta)

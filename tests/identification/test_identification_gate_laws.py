@@ -258,6 +258,7 @@ def behind_strands(labels, systems=("act", "sstl"), seed=7):
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_two_bends_whose_loops_show_no_line_are_told_by_their_order():
     assert not {"exchanged", "labels", "passes"} & rules(remarks(behind_strands({"b1": "b1", "b2": "b2"})))
     found = remarks(behind_strands({"b1": "b2", "b2": "b1"}))
@@ -280,6 +281,7 @@ def test_an_order_that_no_law_settles_and_systems_exchanged_in_one_bend_accuse_n
     assert turned(one_bend, 0.1) and flipped_fits(one_bend)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("channel", "factor", "told"),
     [("tension_out_n", 0.1, "in kgf, not N, or in volts"), ("tension_in_n", 0.25, "in volts or at another gain")],

@@ -56,6 +56,7 @@ def test_a_run_that_passes_on_as_no_other_bend_does_has_no_label_of_one():
     assert "relabelled" not in {rule for rule, _ in said(runs)}
 
 
+@pytest.mark.slow
 def test_a_position_beside_runs_that_are_only_pulled_is_not_taken_for_their_output():
     """The output creeps as it is pulled, so that friction does not explain it; along one line friction explains whatever rises with its input."""
     runs = []

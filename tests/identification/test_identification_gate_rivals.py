@@ -54,6 +54,7 @@ def test_a_unit_behind_presliding_is_named():
     assert "the output is in lbf" in said.sentence and len(said.run_ids) == len(runs)
 
 
+@pytest.mark.slow
 def test_channels_swapped_behind_presliding_are_told_alone():
     runs = [replace(r, tension_in_n=r.tension_out_n, tension_out_n=r.tension_in_n) for r in slow_to_build_up()]
     assert {rule for rule, _ in told(runs)} == {"swapped"}
@@ -70,6 +71,7 @@ def test_a_zero_that_moves_under_drag_is_told(size):
     assert said.number == pytest.approx(size, abs=0.2)
 
 
+@pytest.mark.slow
 def test_a_difference_is_told_by_the_noise_that_it_shares():
     runs = [replace(r, tension_out_n=r.tension_in_n - r.tension_out_n) for r in rig()]
     (said,) = gate.remarks(runs)

@@ -123,6 +123,7 @@ def test_a_part_of_the_input_in_the_output_of_some_runs_shows_in_their_noise():
     assert ("crosstalk", set(names)) in rules(mixed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("low", [0.0, 1.0])
 def test_an_output_scaled_to_its_own_range_is_told(low):
     runs = [

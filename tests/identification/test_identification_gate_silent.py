@@ -80,6 +80,7 @@ def test_an_input_that_never_changes_may_hide_a_movement_within_a_level():
     assert not [r for r in gate.remarks([flat, other]) if r.rule == "stuck"]
 
 
+@pytest.mark.slow
 def test_an_input_that_is_cut_off_in_all_runs_of_both_systems_is_told_of_all():
     """Noise hides in the loops of one system that the output goes on."""
     level, step = 20.6, 0.05

@@ -195,6 +195,7 @@ def files_of_contributing(folder: Path) -> dict[str, str]:
     return found
 
 
+@pytest.mark.slow
 def test_an_effect_added_as_contributing_says_is_simulated_recorded_and_named(tmp_path, monkeypatch):
     """These two files and nothing else: one for the catalogue, along the line, and one for the rig."""
     added = {"sstl_cli.physics.effects": package, "sstl_cli.physics.rig.effects": hardware}

@@ -13,7 +13,7 @@ from sstl_cli.physics.transmission.line import elastic_lines, geometry, marched
 from sstl_cli.physics.transmission.state import Input
 
 # longest of a run, and more lines of either system than there are lanes
-KNOTS, RUNS = 90, 2 * WIDTH + 5
+KNOTS, RUNS = 60, 2 * WIDTH + 5
 FRICTION = {
     "rigid": lambda r: ({}, {}),
     "presliding": lambda r: ({}, {"breakaway_mm": r(0.01, 0.5), "spread": r(0.0, 1.0)}),

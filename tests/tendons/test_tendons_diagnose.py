@@ -51,6 +51,7 @@ def test_the_tendon_with_the_largest_gap_speaks_for_the_log(found):
     assert found["sentence"].startswith("Tendon B: ")
 
 
+@pytest.mark.slow
 def test_one_tendon_is_diagnosed_as_ever(runs):
     alone = without_tendons(runs)
     one = replace(OPTIONS, effects=("gain_error",))
@@ -59,6 +60,7 @@ def test_one_tendon_is_diagnosed_as_ever(runs):
     assert "tendons" not in document
 
 
+@pytest.mark.slow
 def test_a_tendon_that_cannot_be_judged_is_said_to_be(runs):
     still = [replace(r, tension_in_n=np.full(len(r), 5.0)) if r.tendon == "A" else r for r in runs]
     still = [r for r in still if r.system == "act"]
