@@ -84,6 +84,7 @@ def test_a_loop_that_ends_stiffer_slips_and_wears_less():
     assert np.log(worn["sstl"] / 0.3) == pytest.approx(slips * np.log(worn["act"] / 0.3), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_friction_that_warms_is_found_by_how_far_each_line_slips():
     plan = rig(loop_load_n_per_mm=LOOP)
     runs = list(step.run(plan, {"friction_drift": {"d_mu_heat_s_per_n2": -2e-3, "cooling_s": 8.0}}, 1))

@@ -46,6 +46,7 @@ def filtered():
     return [recorded(1, butterworth), recorded(2, butterworth)]
 
 
+@pytest.mark.slow
 def test_a_filter_of_second_order_is_seen_for_what_it_is(filtered):
     found = gather(filtered, OPTIONS).search
     fit = found.best(("channel_lowpass",)).fit

@@ -22,6 +22,7 @@ def imported(files: list[Path], mapping: Path, folder: Path) -> list[Run]:
     return list(read_runs(folder / "log.parquet"))
 
 
+@pytest.mark.slow
 def test_broken_band_sensor_is_told_from_its_healthy_twin(tmp_path: Path) -> None:
     verdicts = {}
     for amplitude in ("0.5", "1"):

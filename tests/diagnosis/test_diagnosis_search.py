@@ -139,6 +139,7 @@ def test_combinations_that_have_no_time_are_left_out(whole):
     assert alone.combined == {} and alone.base.cost == pytest.approx(late.base.cost)
 
 
+@pytest.mark.slow
 def test_a_bend_that_no_representative_run_shows_begins_where_it_is_said_to_be(monkeypatch):
     """Of two bends, one half as much as the other, the slighter one alone is in the runs that are searched first."""
     sim = replace(SIM)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
@@ -37,6 +38,7 @@ def test_friction_that_builds_up_is_no_slip() -> None:
     assert e.causes.friction.rms_n < 0.02 * e.ranges[1].span
 
 
+@pytest.mark.slow
 def test_an_output_that_is_late_or_early_is_told_beside_presliding() -> None:
     run, k = recorded(), 60
     late = Run("r", "act", run.time_s[k:], run.tension_in_n[k:], run.tension_out_n[:-k])
@@ -65,6 +67,7 @@ def test_missing_readings_filled_with_zero_are_told() -> None:
     assert len(remarks) == 1 and remarks[0].number == 36.0
 
 
+@pytest.mark.slow
 def test_rows_sorted_as_text_or_by_tension_and_runs_interleaved_are_told() -> None:
     run, other = recorded(1, 0.8), recorded(2, 0.2)
     text = np.array(sorted(range(len(run)), key=str))

@@ -44,6 +44,7 @@ def test_gain_of_another_bend_is_none_of_a_session() -> None:
     assert not remarks([*(bend("a", 0.4, s) for s in (1, 2)), *(bend("b", 0.4, s, 1.14) for s in (3, 4))])
 
 
+@pytest.mark.slow
 def test_gain_that_all_runs_have_is_told_beyond_what_sensors_and_directions_make() -> None:
     def log(gain: float) -> list[Run]:
         return [bend(n, theta, s, gain) for n, theta, s in (("a", 0.3, 1), ("a", 0.3, 2), ("b", 0.5, 3))]

@@ -39,6 +39,7 @@ def test_an_output_cut_off_by_its_sensor_is_saturated_and_no_gain():
     assert [r.rule for r in said] == ["limit"] and said[0].run_ids == ("act0",) and said[0].number == pytest.approx(13.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_runs_that_go_to_the_level_at_which_others_are_cut_off_are_cut_off_too_and_not_early():
     runs = [steep("act", w, i) for i, w in enumerate((0.2, 0.4, 0.6, 0.8))]
     cut = [replace(r, tension_out_n=np.minimum(r.tension_out_n, 10.0)) for r in runs]
@@ -61,6 +62,7 @@ def test_what_changes_midway_is_named_with_its_channel_size_and_time(channel, ga
     assert said.number == pytest.approx(gain if zero == 0.0 else zero, rel=0.1) and "from 12" in said.sentence.replace("11.9", "12.")
 
 
+@pytest.mark.slow
 def test_a_zero_that_creeps_and_a_jump_of_both_channels_are_no_change_of_one():
     creeping = [replace(r, tension_out_n=r.tension_out_n + np.linspace(0.0, 1.0, len(r))) for r in rig()]
     assert not rules(creeping) & {"zero_change", "gain_change"}

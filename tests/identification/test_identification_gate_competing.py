@@ -56,6 +56,7 @@ def test_one_sinusoid_of_a_wide_loop_with_its_channels_swapped_is_told() -> None
     assert "swapped" not in [r.rule for r in remarks([*log, wide])]
 
 
+@pytest.mark.slow
 def test_a_clock_that_drifts_is_no_other_recording() -> None:
     def drifting(r: Run) -> Run:
         late = np.interp(r.time_s / 1.012, r.time_s, r.tension_out_n)
@@ -125,6 +126,7 @@ def shaken(r: Run) -> Run:
     return replace(r, time_s=r.time_s / 3.0)
 
 
+@pytest.mark.slow
 def test_a_delay_that_all_runs_share_is_told_before_a_sign_or_energy() -> None:
     log = [
         late(r, 1.2)
@@ -214,6 +216,7 @@ def test_two_runs_of_another_rig_are_named_with_the_runs_they_outnumber() -> Non
     assert set(said.run_ids) == {"own", "q1", "q2"}
 
 
+@pytest.mark.slow
 def test_the_absolute_value_of_an_output_is_told_where_the_input_goes_through_zero() -> None:
     r = rig()[2]
     x, y = r.tension_in_n - 12.0, r.tension_out_n - 11.0

@@ -48,6 +48,7 @@ def test_a_log_that_builds_up_slowly_is_sound():
     assert told(slow_to_build_up()) == []
 
 
+@pytest.mark.slow
 def test_a_unit_behind_presliding_is_named():
     runs = [replace(r, tension_out_n=r.tension_out_n / 4.448222) for r in slow_to_build_up()]
     (said,) = [r for r in gate.remarks(runs) if r.rule == "gain"]
@@ -106,6 +107,7 @@ def test_labels_that_went_round_are_told_where_some_bends_show_no_friction():
     assert [rule for rule, _ in told(runs)] == ["exchanged"]
 
 
+@pytest.mark.slow
 def test_a_tension_that_is_the_position_again_is_a_copy_and_nothing_exchanged():
     rng = np.random.default_rng(3)
     moved = [replace(r, position_in_mm=0.3 * r.tension_in_n + 0.002 * rng.standard_normal(len(r))) for r in rig()]
