@@ -78,6 +78,7 @@ def test_noise_that_the_readings_take_for_movement_is_found_by_what_it_does_to_t
         assert r.told_n == pytest.approx(SLOW, rel=0.15) and r.told_s == pytest.approx(0.4, rel=0.3)
 
 
+@pytest.mark.slow
 def test_what_moves_the_line_is_no_noise():
     found = gather([recorded(3, 0.0, 1.0), recorded(4, 0.0, 1.0)], ONE)
     assert all(r.told_n == 0.0 for r in found.problem.records)

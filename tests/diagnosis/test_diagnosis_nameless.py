@@ -51,6 +51,7 @@ def test_a_pulley_keeps_its_name():
     assert not any(alike in n for n in said["notes"]) and any(n.endswith(alike) for n in alone["notes"])
 
 
+@pytest.mark.slow
 def test_the_loop_has_its_own_friction_and_the_tendon_has_not():
     result = run(recorded(1.0), OPTIONS)
     sim, theta = result.evidence.search.sim, np.array([0.5, 0.6])

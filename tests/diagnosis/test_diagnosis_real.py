@@ -57,6 +57,7 @@ def test_constant_friction_is_found_in_size_where_two_laws_that_are_both_off_are
         assert found["verdict"]["status"] == "unknown"
 
 
+@pytest.mark.slow
 def test_answers_come_in_the_units_of_the_recording(tmp_path: Path) -> None:
     files = sorted((DATA / "pneu-cylinder").glob("KDN*.csv"))
     runs = imported(files, HERE.parent / "importers" / "mappings" / "pneu-cylinder.toml", tmp_path)

@@ -34,7 +34,8 @@ def test_every_fitted_effect_has_a_strength():
     assert fitted == set(STRENGTH)
 
 
-@pytest.mark.parametrize("effect", [pytest.param("viscous", marks=pytest.mark.slow), "zero_drift"])
+@pytest.mark.slow
+@pytest.mark.parametrize("effect", ["viscous", "zero_drift"])
 def test_the_effect_or_its_group_is_named(effect):
     document = verdict(record({effect: {k: 2.0 * v for k, v in STRENGTH[effect].items()}}), effects=tuple(sorted({*FEW, effect})))
     assert document["verdict"]["status"] in ("identified", "ambiguous"), document["verdict"]
