@@ -95,8 +95,7 @@ class Look:
 
 def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     """Return what a file seems to hold, of a format that is given or found; SstlError where it cannot be read or has no two numeric channels."""
-    blocks = stacked(path) if as_ is None and detect(path, wanted).ID == "text" else None
-    chosen = as_ or blocks or detect(path, wanted)
+    chosen, blocks = (as_, None) if as_ is not None else _format(path, wanted)
     found = chosen.channels(path, Layout())
     prefix, runs, groups = _runs(chosen, path, found, as_ is not None)
     all_runs = partial(named_in_runs, runs, [c.name for c in found])
@@ -147,6 +146,13 @@ def look_at(path: Path, wanted: str | None, as_: Format | None = None) -> Look:
     beside = told_beside(chosen, path, found, told, chosen.ID in TABLES, lambda name: _first_texts(chosen, path, name)[0])
     tensions = tuple(measured(moving))
     return Look(path, chosen, tuple(names), data, time, roles, tensions, labels, runs, clocks.own, groups, beside, blocks)
+
+
+def _format(path: Path, wanted: str | None) -> tuple[Format, Stacked | None]:
+    """Return the format of a file, that of its blocks where a text log holds several, and these."""
+    known = detect(path, wanted)
+    blocks = stacked(path) if known.ID == "text" else None
+    return blocks or known, blocks
 
 
 def _runs(chosen: Format, path: Path, found: list[Channel], given: bool) -> tuple[str, str, Groups | None]:

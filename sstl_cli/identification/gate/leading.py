@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sstl_cli.identification.gate.ahead import ERRORS, FITS
+from sstl_cli.identification.gate.ahead import ERRORS, PERIODS
 from sstl_cli.identification.gate.evidence import Evidence
 
 # what lines and a delay must explain for the delay to be compared, and its standard errors (s)
 SHAPE, KNOWN_S = 0.98, 0.01
 # runs in time beside which one leads, and the part of the spread of their delays and of its own lead by which it must be apart from them
 BESIDE, SPREAD, PART = 2, 1.0, 0.5
-# periods (of log and sensors) that a lead must have
-PERIODS = 2.5
 # part of a loop that a delay reaches: of a movement that repeats no longer one is known
 HALF = 0.4
 # what a delay may leave of what any other explanation leaves, how alike (part of it) the leads of one clock are, and runs that must tell it
@@ -27,7 +25,7 @@ def leading(log: Sequence[Evidence]) -> list[Evidence]:
     rest = [d for d, _ in others]
     # where friction turns the outputs of others early, and beyond half a loop, a clock's is the lead that leaves nothing but noise
     turns = 2 * sum(_leads(d, e) for d, e in others) > len(rest)
-    early = [(d, e) for d, e in early if (e.ahead is not None and e.ahead.left < FITS) or not (turns or abs(d) > HALF * e.loop_s)]
+    early = [(d, e) for d, e in early if (e.ahead is not None and e.ahead.sure) or not (turns or abs(d) > HALF * e.loop_s)]
     if len(rest) >= max(BESIDE, 2 * len(early)) and early:
         first = min(rest)
         return [e for d, e in early if first - d > max(SPREAD * (max(rest) - first), PART * abs(d), _least(e))]
