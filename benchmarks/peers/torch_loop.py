@@ -62,3 +62,9 @@ def train(x: Tensor, y: Tensor, xv: Tensor, yv: Tensor, alpha: float, weight_inv
                 break
     net.load_state_dict(kept)
     return net, used
+
+
+def rmse(net: SkipMLP, y: Tensor, xv: Tensor, yv: Tensor) -> float:
+    """Return the error of both slopes on the validation part, in physical units; ``y`` is what the network was scaled by."""
+    with torch.no_grad():
+        return float((((y.mean(0) + y.std(0) * net(xv)) - yv) ** 2).mean().sqrt())
