@@ -261,21 +261,26 @@ def tempered(p: Mapping[Ids, float], power: float) -> dict[Ids, float]:
 def _with_faults(said: Verdict, rows: Rows, weights: Weights, prior: Mapping[str, float] | None) -> Verdict:
     """Return the verdict with both causes where the recorder has a fault and the rig an effect: neither is a reason against the other.
 
-    What the recorder has spoilt is left out of what candidates of the output are judged by: they are asked alone.
+    What the recorder has spoilt is left out of what candidates of the output are judged by: they are asked alone. Where they are a set,
+    the fault stands beside each of them.
     """
     faults = [c for c in rows.named.candidates if c.kind == RECORDER and c.evidence > DOUBT_NATS and c.share > LEAST_SHARE]
-    if said.status != IDENTIFIED or not faults:
+    if said.status not in (IDENTIFIED, AMBIGUOUS) or not faults:
         return said
     rest = replace(rows, candidates=tuple(c for c in rows.candidates if c.kind != RECORDER))
     p = probabilities(rest, weights, prior)
-    of_rig = decided(rest, p, weights, prior)
-    if of_rig.status != IDENTIFIED or all(c.kind != OUTPUT for c in rest.candidates if c.ids == of_rig.effects):
+    of_rig, outputs = decided(rest, p, weights, prior), {c.ids for c in rest.candidates if c.kind == OUTPUT}
+    asked = (of_rig.effects,) if said.status == IDENTIFIED else (*said.group, *of_rig.group)
+    if of_rig.status != said.status or not outputs.issuperset(asked):
         return said
-    both = tuple(sorted((*of_rig.effects, *(i for c in faults for i in c.ids))))
+    own = [i for c in faults for i in c.ids]
+    group = tuple(tuple(sorted((*ids, *own))) for ids in of_rig.group)
     why = "; ".join((of_rig.why, *(f"beside it {explained(rows, c.ids)}" for c in faults)))
-    # both have to be right; each was tried alone, and whether they err together nobody knows: as if they did not
-    sure = None if said.confidence is None or of_rig.confidence is None else said.confidence * of_rig.confidence
-    return Verdict(IDENTIFIED, both, sure, (both,), said.probabilities, why)
+    sure = None
+    if said.confidence is not None and of_rig.confidence is not None:
+        # both names have to be right, and whether they err together nobody knows; both sets are of the rig, the fault is beyond doubt
+        sure = said.confidence * of_rig.confidence if said.status == IDENTIFIED else min(said.confidence, of_rig.confidence)
+    return Verdict(said.status, tuple(sorted((*of_rig.effects, *own))), sure, group, said.probabilities, why)
 
 
 def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping[str, float] | None = None) -> Verdict:

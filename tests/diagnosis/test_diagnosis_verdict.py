@@ -115,6 +115,20 @@ def test_a_fault_of_the_recorder_and_an_effect_of_the_rig_are_both_named(share):
     assert found.group == (found.effects,) and 0.5 < found.confidence <= 1.0 and "beside it saturation carries" in found.why
 
 
+def test_a_fault_stands_beside_each_of_a_set():
+    alike = row("const_friction", evidence=900.0), row("sensor_nonlinearity", evidence=899.8)
+    rounded = row("quantisation", kind=RECORDER, gain=9000.0, evidence=9000.0, share=0.06)
+    without, found = said(*alike, *OTHERS, log=FAILING), said(*alike, rounded, *OTHERS, log=FAILING)
+    assert without.status == found.status == "ambiguous" and found.effects == tuple(sorted((*without.effects, "quantisation")))
+    assert {("const_friction", "quantisation"), ("quantisation", "sensor_nonlinearity")} <= set(found.group)
+    assert all("quantisation" in ids for ids in found.group) and "beside it quantisation carries 6 %" in found.why
+    # the set is no surer with it, nor less sure: the fault is beyond doubt
+    assert found.confidence is not None and found.confidence == pytest.approx(without.confidence, abs=0.05)
+    # a set that holds the fault itself says so already
+    either = said(alike[0], replace(rounded, share=0.9), *OTHERS, log=FAILING)
+    assert either.status != "ambiguous" or ("quantisation",) in either.group
+
+
 def test_a_fault_that_carries_next_to_nothing_or_may_be_chance_is_no_second_cause():
     rig, log = row("pulley_friction", evidence=9000.0), replace(LOG, base_chi2=6.0, base_worst_z=900.0)
     for gain, share in ((40_000.0, 0.01), (20.0, 0.3)):

@@ -146,8 +146,8 @@ WAYS = {
     "a fault of the recorder that carries little may still be the cause": (
         [seen("acquisition_faults", p=0.9, kind=RECORDER, share=0.1)], 0.05, 0.05, "identified", ("acquisition_faults",), (("acquisition_faults",),), 0.9),
     "a fault of the recorder that is there, beside a cause that carries more": (
-        [seen("quantisation", p=0.6, kind=RECORDER, share=0.1), seen("viscous", p=0.2, share=0.7), seen("crosstalk", p=0.05, evidence=200.0)],
-        0.05, 0.1, "ambiguous", ("viscous",), (("viscous",), ("crosstalk",)), 0.85),
+        [seen("quantisation", p=0.6, kind=RECORDER, share=0.1), seen("viscous", p=0.2, share=0.7), seen("crosstalk", p=0.06, evidence=200.0)],
+        0.05, 0.09, "ambiguous", ("quantisation", "viscous"), (("quantisation", "viscous"), ("crosstalk", "quantisation")), 0.86),
     "a lag beside the output whose gap is next to nothing": (
         [seen("tension_loop_lag", p=0.9, kind=BESIDE, share=0.002)], 0.06, 0.04, "none", (), (), 0.96),
     "a lag beside the output": (
