@@ -18,6 +18,7 @@ from scipy.special import expit, softmax
 
 from sstl_cli.diagnosis.constants import (
     DECIDES_NATS,
+    DOUBT_NATS,
     ELSEWHERE,
     FINEST,
     LATENT_ENOUGH_NATS,
@@ -103,14 +104,15 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
         )
     asked = _asked(signal, dt_s, white, known, told.slow)
     likeliest = _likeliest(*asked)
-    found, value, doubt = likeliest.smooth, likeliest.value, likeliest.doubt
+    smooth, value, doubt = likeliest.smooth, likeliest.value, likeliest.doubt
     if told.rounded:
-        found, doubt = _rounded(*asked, found, told.rounded), np.zeros(n)
+        found, doubt = _resting(*asked, _rounded(*asked, smooth, told.rounded)), np.zeros(n)
         value, rounds = found.mean[:, 0], np.zeros(len(ROUNDINGS))
     else:
+        found = _resting(*asked, smooth)
         moved, open_ = _elsewhere(*asked, found)
-        value, doubt = value + moved, np.hypot(doubt, open_)
-        rounds = found.nats - costs_of(*asked, [_spread(found.steps[0], w) for w in ROUNDINGS], [found.steps[1]])
+        value, doubt = value + (found.mean - smooth.mean)[:, 0] + moved, np.hypot(doubt, open_)
+        rounds = smooth.nats - costs_of(*asked, [_spread(smooth.steps[0], w) for w in ROUNDINGS], [smooth.steps[1]])
     return Latent(value + signal[0], found.mean[:, 1] / dt_s, found.variance, found.law, found.nats, doubt, rounds)
 
 
@@ -143,6 +145,7 @@ class _Path:
     mean: Array = field(default_factory=lambda: np.zeros((0, 0)))
     variance: Array = field(default_factory=lambda: np.zeros(0))
     nats: float = np.inf
+    rest: Mask | None = None
 
 
 @dataclass(frozen=True)
@@ -232,6 +235,49 @@ def _as_smooth(y: Array, use: Mask, noise: Reading, path: _Path) -> _Path:
     return _by(y, use, noise, path, (path.steps[0], tries[allowed[-1]]), float(asked[allowed[-1]]))
 
 
+def _resting(y: Array, use: Mask, noise: Reading, path: _Path) -> _Path:
+    """Return the path that stands still between corners wherever its readings like that better.
+
+    A line holds the extreme of its input: a path that wanders about a level at which the input stood takes it beyond that level,
+    always to the same side.
+    """
+    n, at, rest = len(y), _places(path), np.zeros(len(y), np.bool_)
+    edges = np.concatenate(([0], at, [n]))
+    for a, b, after in zip(edges[:-1], edges[1:], [*edges[2:], n], strict=True):
+        # what follows a rest says as well whether it was one
+        told = slice(int(a), int(after))
+        near = _Path(
+            tuple(s[told] for s in path.steps), path.scales, path.squares[told], mean=path.mean[told], variance=path.variance[told]
+        )
+        rest[told][_still(y[told], use[told], noise, near, int(b - a))] = True
+    if not rest.any():
+        return path
+    steps = tuple(np.where(rest, 0.0, s) for s in path.steps)
+    law, drive = chain(y, use, noise, *steps, rest)
+    mean, variance, _ = follow(law, drive)
+    return replace(path, steps=steps, law=law, mean=mean, variance=variance, rest=rest)
+
+
+def _still(y: Array, use: Mask, noise: Reading, path: _Path, end: int) -> slice:
+    """Return where a path stands still before its corner at ``end``, as its readings have it; nowhere if they do not.
+
+    Behind a drive that lags it comes to rest some time after the corner before, and leaves it as long before the next.
+    """
+    found, best, known, later = slice(0, 0), 0.0, np.inf, 0
+    while 2 * (ELSEWHERE + later) + SHORTEST_SMOOTHED < end and later <= end // 4:
+        still = slice(ELSEWHERE + 1 + later, end - ELSEWHERE - later)
+        ends = [still.start, still.stop - 1]
+        if np.ptp(path.mean[ends, 0]) ** 2 < 2.0 * DOUBT_NATS * float(path.variance[ends].sum()):
+            rest = np.zeros(len(y), np.bool_)
+            rest[still] = True
+            if not np.isfinite(known):
+                known = float(costs(y, use, noise, *path.steps).sum())
+            gain = known - float(costs(y, use, noise, *(np.where(rest, 0.0, s) for s in path.steps), rest).sum())
+            found, best = (still, gain) if gain > best else (found, best)
+        later = max(2 * later, ELSEWHERE)
+    return found
+
+
 def _rounded(y: Array, use: Mask, noise: Reading, path: _Path, width: float) -> _Path:
     """Return the path whose corners may go on in the steps beside them."""
     steps = (_spread(path.steps[0], width), path.steps[1])
@@ -302,13 +348,13 @@ def _elsewhere(y: Array, use: Mask, noise: Reading, path: _Path) -> tuple[Array,
     at = _places(path)
     if not len(at):
         return np.zeros(n), np.zeros(n)
-    known = costs(y, use, noise, *steps)
+    known = costs(y, use, noise, *steps, path.rest)
     gains, means = [np.zeros(len(at))], [path.mean[:, 0]]
     for by in (b for b in range(-ELSEWHERE, ELSEWHERE + 1) if b):
         corners = steps[0].copy()
         corners[at], corners[at + by] = steps[0][at + by], steps[0][at]
-        gains.append(-np.add.reduceat(costs(y, use, noise, corners, steps[1]) - known, at - ELSEWHERE))
-        means.append(follow(*chain(y, use, noise, corners, steps[1]))[0][:, 0])
+        gains.append(-np.add.reduceat(costs(y, use, noise, corners, steps[1], path.rest) - known, at - ELSEWHERE))
+        means.append(follow(*chain(y, use, noise, corners, steps[1], path.rest))[0][:, 0])
     p = softmax(gains, axis=0)[:, np.searchsorted((at[1:] + at[:-1]) // 2, np.arange(n))]
     values = np.array(means) - path.mean[:, 0]
     moved = np.sum(p * values, axis=0)

@@ -48,7 +48,7 @@ class Reading(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def costs(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> Array:
+def costs(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array, rest: Mask | None = None) -> Array:
     """Return minus the log likelihood (nats, up to a constant, shape (n,)) of each reading given those before, by the Kalman filter.
 
     Parameters
@@ -57,6 +57,8 @@ def costs(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> 
         Readings, the first near 0.
     corners, bends : ndarray, shape (n,)
         Variances of the steps of increment and of its change.
+    rest : ndarray of bool, shape (n,), optional
+        Where the signal is known to stand still.
     """
     r, f, fresh = noise.white, noise.memory, noise.slow * (1.0 - noise.memory**2)
     x0 = x1 = x2 = xc = 0.0
@@ -94,6 +96,14 @@ def costs(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> 
             s22 -= g2 * z2
             s2c -= g2 * zc
             scc -= gc * zc
+        if rest is not None and rest[k]:
+            # a reading of the increment, which is 0
+            s = s11 + r / DIFFUSE
+            g0, g1, g2, gc = s01 / s, s11 / s, s12 / s, s1c / s
+            x0, x2, xc, x1 = x0 - g0 * x1, x2 - g2 * x1, xc - gc * x1, x1 - g1 * x1
+            s00, s02, s0c, s01 = s00 - g0 * s01, s02 - g0 * s12, s0c - g0 * s1c, s01 - g0 * s11
+            s22, s2c, scc = s22 - g2 * s12, s2c - g2 * s1c, scc - gc * s1c
+            s12, s1c, s11 = s12 - g1 * s12, s1c - g1 * s1c, s11 - g1 * s11
     return out
 
 
@@ -208,8 +218,8 @@ def _mean(a: Row, b: Row) -> Row:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def chain(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> tuple[Array, Array]:
-    """Return the law of the state given all readings: chain (n, 26) and the drive of its mean (n, 4).
+def chain(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array, rest: Mask | None = None) -> tuple[Array, Array]:
+    """Return the law of the state given all readings (and where it stands still): chain (n, 26) and the drive of its mean (n, 4).
 
     Rows are tuples: they stay in registers, and the zeros of transition and covariance of a step cost nothing.
     """
@@ -223,6 +233,8 @@ def chain(y: Array, use: Mask, noise: Reading, corners: Array, bends: Array) -> 
             z = y[k] / r
             h = (h[0] + z, h[1], h[2], h[3] + z)
             l0, l3 = (l0[0] + one, l0[1], l0[2], l0[3] + one), (l3[0] + one, l3[1], l3[2], l3[3] + one)
+        if rest is not None and rest[k]:
+            l1 = (l1[0], l1[1] + DIFFUSE * one, l1[2], l1[3])
         # covariance of the step that leads here: of value and increment (p, w, v), of the change, of the slow noise
         if k:
             p, w, v, b, u = PART * corners[k], 0.5 * corners[k], corners[k], bends[k], noise.slow * (1.0 - memory**2)
