@@ -263,19 +263,21 @@ def _still(y: Array, use: Mask, noise: Reading, path: _Path, end: int) -> slice:
 
     Behind a drive that lags it comes to rest some time after the corner before, and leaves it as long before the next.
     """
-    found, best, known, later = slice(0, 0), 0.0, np.inf, 0
+    tried, known, later = [], np.inf, 0
     while 2 * (ELSEWHERE + later) + SHORTEST_SMOOTHED < end and later <= end // 4:
         still = slice(ELSEWHERE + 1 + later, end - ELSEWHERE - later)
         ends = [still.start, still.stop - 1]
         if np.ptp(path.mean[ends, 0]) ** 2 < 2.0 * DOUBT_NATS * float(path.variance[ends].sum()):
             rest = np.zeros(len(y), np.bool_)
             rest[still] = True
-            if not np.isfinite(known):
+            if not tried:
                 known = float(costs(y, use, noise, *path.steps).sum())
             gain = known - float(costs(y, use, noise, *(np.where(rest, 0.0, s) for s in path.steps), rest).sum())
-            found, best = (still, gain) if gain > best else (found, best)
+            tried.append((gain, still))
         later = max(2 * later, ELSEWHERE)
-    return found
+    best = max((gain for gain, _ in tried), default=0.0)
+    # of what the readings like as well the shortest: as little of a lag as may be is taken for rest
+    return next((still for gain, still in reversed(tried) if gain > max(best - DECIDES_NATS, 0.0)), slice(0, 0))
 
 
 def _rounded(y: Array, use: Mask, noise: Reading, path: _Path, width: float) -> _Path:
