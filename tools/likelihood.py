@@ -114,19 +114,27 @@ def least_samples(rows: dict[str, list[dict[str, Any]]]) -> int:
 
 
 def hold_means(found: list[dict[str, Any]]) -> dict[str, tuple[float, float, int]]:
-    """Return mean, standard error (mN) and number of the holds at 500 Hz, after pull and release."""
+    """Return mean, standard error (mN) and number of the holds at 500 Hz, after pull and release.
+
+    Holds of one recording share theta and the errors of its slow noise: recordings are independent, holds are not.
+    """
     means = {}
     for j, name in enumerate(("pull", "release")):
-        n, mean, square = np.sum([f["holds"][j] for f in found if f["rate"] == 500.0], axis=0)
-        spread = np.sqrt(max(square / n - (mean / n) ** 2, 0.0) / n)
-        means[name] = (float(1e3 * mean / n), float(1e3 * spread), int(n))
+        n, total, _ = np.array([f["holds"][j] for f in found if f["rate"] == 500.0 and f["holds"][j][0]]).T
+        mean, many = float(total.sum() / n.sum()), len(n)
+        spread = float(np.sqrt(np.sum((total - n * mean) ** 2) * many / (many - 1.0)) / n.sum())
+        means[name] = (1e3 * mean, 1e3 * spread, int(n.sum()))
     return means
 
 
 def held(means: dict[str, tuple[float, float, int]]) -> list[str]:
     """Return the mean over holds of what is left in them at 500 Hz, with its standard error (mN)."""
     cells = [f"{name}: {mean:+.2f} +- {spread:.2f} mN over {n} holds" for name, (mean, spread, n) in means.items()]
-    return ["Means of holds of half a second or more, recorded at 500 Hz, after the " + "; after the ".join(cells) + "."]
+    return [
+        "Means of holds of half a second or more, recorded at 500 Hz (errors between recordings), after the "
+        + "; after the ".join(cells)
+        + "."
+    ]
 
 
 def chance_gains(found: list[dict[str, Any]]) -> dict[str, tuple[int, float, int]]:
@@ -258,8 +266,8 @@ def main() -> None:
             "",
             "Recordings whose truth is known: the fast model itself and three simulators, benches and movements as the blind check",
             "draws them, 100-500 Hz, noise as stated. The model is fitted, the noise estimated from the recording, the residual",
-            "whitened. Medians over recordings with their 90 % range. Chance gains are larger than theory allows for what acts at",
-            "corners of the movement: the smoother is Gaussian given where the corners are, and does not know how well it knows that.",
+            "whitened. Medians over recordings with their 90 % range. A line holds the extreme of its input, so that a smoothed input that",
+            "wanders by its own error about a level at which the input stood takes it too far: where readings like that better, it stands still.",
             "",
             f"Numbers of commit {commit()}.",
             "",

@@ -252,10 +252,10 @@ def _resting(y: Array, use: Mask, noise: Reading, path: _Path) -> _Path:
         rest[told][_still(y[told], use[told], noise, near, int(b - a))] = True
     if not rest.any():
         return path
-    steps = tuple(np.where(rest, 0.0, s) for s in path.steps)
-    law, drive = chain(y, use, noise, *steps, rest)
+    corners, bends = _stopped(path, rest)
+    law, drive = chain(y, use, noise, corners, bends, rest)
     mean, variance, _ = follow(law, drive)
-    return replace(path, steps=steps, law=law, mean=mean, variance=variance, rest=rest)
+    return replace(path, steps=(corners, bends), law=law, mean=mean, variance=variance, rest=rest)
 
 
 def _still(y: Array, use: Mask, noise: Reading, path: _Path, end: int) -> slice:
@@ -263,7 +263,8 @@ def _still(y: Array, use: Mask, noise: Reading, path: _Path, end: int) -> slice:
 
     Behind a drive that lags it comes to rest some time after the corner before, and leaves it as long before the next.
     """
-    tried, known, later = [], np.inf, 0
+    tried: list[tuple[float, slice]] = []
+    later, known = 0, 0.0
     while 2 * (ELSEWHERE + later) + SHORTEST_SMOOTHED < end and later <= end // 4:
         still = slice(ELSEWHERE + 1 + later, end - ELSEWHERE - later)
         ends = [still.start, still.stop - 1]
@@ -271,24 +272,29 @@ def _still(y: Array, use: Mask, noise: Reading, path: _Path, end: int) -> slice:
             rest = np.zeros(len(y), np.bool_)
             rest[still] = True
             if not tried:
-                known = float(costs(y, use, noise, *path.steps).sum())
-            gain = known - float(costs(y, use, noise, *(np.where(rest, 0.0, s) for s in path.steps), rest).sum())
-            tried.append((gain, still))
+                known = float(costs(y, use, noise, path.steps[0], path.steps[1]).sum())
+            corners, bends = _stopped(path, rest)
+            tried.append((known - float(costs(y, use, noise, corners, bends, rest).sum()), still))
         later = max(2 * later, ELSEWHERE)
     best = max((gain for gain, _ in tried), default=0.0)
     # of what the readings like as well the shortest: as little of a lag as may be is taken for rest
     return next((still for gain, still in reversed(tried) if gain > max(best - DECIDES_NATS, 0.0)), slice(0, 0))
 
 
+def _stopped(path: _Path, rest: Mask) -> tuple[Array, Array]:
+    """Return the variances of steps of a path that makes none where it rests."""
+    return np.where(rest, 0.0, path.steps[0]), np.where(rest, 0.0, path.steps[1])
+
+
 def _rounded(y: Array, use: Mask, noise: Reading, path: _Path, width: float) -> _Path:
     """Return the path whose corners may go on in the steps beside them."""
     steps = (_spread(path.steps[0], width), path.steps[1])
-    return _by(y, use, noise, path, steps, float(costs(y, use, noise, *steps).sum()))
+    return _by(y, use, noise, path, steps, float(costs(y, use, noise, steps[0], steps[1]).sum()))
 
 
 def _by(y: Array, use: Mask, noise: Reading, path: _Path, steps: Sequence[Array], nats: float) -> _Path:
     """Return the path by other variances of its steps, which the readings like by ``nats``."""
-    law, drive = chain(y, use, noise, *steps)
+    law, drive = chain(y, use, noise, steps[0], steps[1])
     mean, variance, squares = follow(law, drive)
     return replace(path, steps=tuple(steps), squares=squares, law=law, mean=mean, variance=variance, nats=nats)
 
@@ -322,7 +328,7 @@ def _whole_corners(y: Array, use: Mask, noise: Reading, path: _Path) -> _Corners
     def prior(v: Array) -> Array:
         return np.asarray((0.5 + 1.0) * np.log(v) + scale / (2.0 * v))
 
-    usual, known = 0.5 * scale, costs(y, use, noise, *path.steps)
+    usual, known = 0.5 * scale, costs(y, use, noise, path.steps[0], path.steps[1])
     gains, told = [], []
     for place in (0, 1):
         new = old.copy()
@@ -350,7 +356,7 @@ def _elsewhere(y: Array, use: Mask, noise: Reading, path: _Path) -> tuple[Array,
     at = _places(path)
     if not len(at):
         return np.zeros(n), np.zeros(n)
-    known = costs(y, use, noise, *steps, path.rest)
+    known = costs(y, use, noise, steps[0], steps[1], path.rest)
     gains, means = [np.zeros(len(at))], [path.mean[:, 0]]
     for by in (b for b in range(-ELSEWHERE, ELSEWHERE + 1) if b):
         corners = steps[0].copy()

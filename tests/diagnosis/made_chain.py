@@ -9,13 +9,13 @@ from sstl_cli.diagnosis.smoother import DIFFUSE, STATES, Reading
 MOVE = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
 
 
-def posterior(known, noise: Reading, corners, bends, y=None):
+def posterior(known, noise: Reading, corners, bends, y=None, rest=None):
     """Return mean of the values, (n,), and their covariance given all readings, (n, n)."""
-    mean, whole, m = states(known, noise, corners, bends, y)
+    mean, whole, m = states(known, noise, corners, bends, y, rest)
     return mean[::m], whole[::m, ::m]
 
 
-def states(known, noise: Reading, corners, bends, y=None):
+def states(known, noise: Reading, corners, bends, y=None, rest=None):
     """Return mean of all states, end to end, their covariance, and how many there are at an instant."""
     # without slow noise there is no such state
     n, m = len(known), 4 if noise.slow else 3
@@ -33,7 +33,9 @@ def states(known, noise: Reading, corners, bends, y=None):
             steps[here, m * k - m : m * k] = -move
     reading = np.eye(m)[0] + (np.eye(m)[3] if noise.slow else 0.0)
     seen = np.kron(np.diag(known / noise.white), np.outer(reading, reading))
-    whole = np.linalg.inv(steps.T @ weights @ steps + seen)
+    # where it rests the increment was read, as 0
+    still = np.kron(np.diag(np.zeros(n) if rest is None else rest * DIFFUSE / noise.white), np.outer(np.eye(m)[1], np.eye(m)[1]))
+    whole = np.linalg.inv(steps.T @ weights @ steps + seen + still)
     mean = whole @ np.kron(known * y / noise.white, reading) if y is not None else np.zeros(m * n)
     return mean, whole, m
 

@@ -100,6 +100,25 @@ def test_slow_noise_is_told_from_the_signal(sd):
         assert np.mean((other[:, 0] + y[0] - x) ** 2 / claimed) > 10.0
 
 
+@NOISES
+def test_what_stands_still_is_known_to_make_no_step(noise):
+    rest = np.zeros(N, bool)
+    rest[12:25] = True
+    law, drive = chain(Y, KNOWN, noise, CORNERS, BENDS, rest)
+    mean, variance, _ = follow(law, drive)
+    dense_mean, dense = posterior(KNOWN, noise, CORNERS, BENDS, Y, rest)
+    assert mean[:, 0] == pytest.approx(dense_mean, abs=1e-6)
+    assert variance == pytest.approx(np.diag(dense), rel=1e-5)
+    assert np.abs(mean[rest, 1]).max() < 2e-3 * np.sqrt(noise.white)
+    # the cost is that of the readings alone: about that of a level (how it began to curve is open for one sample)
+    few, none = slice(12, 24), np.zeros(12)
+    got = costs(Y[few], KNOWN[few], noise, none, none, rest[few])
+    y, at = Y[few][KNOWN[few]], np.flatnonzero(KNOWN[few])
+    level = DIFFUSE * noise.white * np.ones((len(y), len(y))) + noise.white * np.eye(len(y))
+    level += noise.slow * noise.memory ** np.abs(np.subtract.outer(at, at))
+    assert got.sum() == pytest.approx(0.5 * y @ np.linalg.solve(level, y) + 0.5 * np.linalg.slogdet(level)[1], abs=0.2)
+
+
 def test_the_cost_is_the_dense_likelihood_of_the_readings():
     few = slice(0, 8)
     known = np.ones(8, bool)

@@ -1,0 +1,84 @@
+"""Rests of a latent input: an input that stood still is a level, and not a path that wanders about it by its own error."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from sstl_cli.diagnosis import latent as of
+from sstl_cli.diagnosis.latent import Slow, Told, latent
+
+RATE_HZ, DRAWS = 100.0, 24
+TIME = np.arange(0.0, 24.0, 1.0 / RATE_HZ)
+LEVELS, RAMP_S, DWELL_S = (4.0, 12.0, 7.0, 15.0, 4.0), 1.5, 4.0
+SLOW = Slow(0.02, 0.3)
+
+
+def staircase(creep=0.0):
+    """Return an input that goes from level to level and stays on each, or creeps there (N/s)."""
+    times, values = [0.0], [LEVELS[0]]
+    for level in LEVELS[1:]:
+        for after, value in ((DWELL_S, values[-1] + creep * DWELL_S), (RAMP_S, level)):
+            times.append(times[-1] + after)
+            values.append(value)
+    return np.interp(TIME, times, values)
+
+
+def noise(seed, white_n, slow=None):
+    rng = np.random.default_rng(seed)
+    found = white_n * rng.standard_normal(len(TIME))
+    if slow is None:
+        return found
+    kept = slow.kept(1.0 / RATE_HZ)
+    return found + lfilter([slow.sd_n * np.sqrt(1.0 - kept**2)], [1.0, -kept], rng.standard_normal(len(TIME) + 500))[500:]
+
+
+def read(true, seed, white_n, slow=None):
+    return latent(true + noise(seed, white_n, slow), 1.0 / RATE_HZ, white_n, told=Told() if slow is None else Told(slow))
+
+
+def dwells(true):
+    """Return the samples of each rest, well away from its ends."""
+    still = np.flatnonzero(np.abs(np.diff(true, prepend=true[0] - 1.0)) < 1e-9)
+    return [part[60:-60] for part in np.split(still, np.flatnonzero(np.diff(still) > 1) + 1) if len(part) > 200]
+
+
+@pytest.mark.parametrize(("white_n", "slow"), [(0.005, None), (0.02, SLOW)], ids=["white", "slow"])
+def test_a_level_is_no_further_out_than_it_was(white_n, slow, monkeypatch):
+    """Extremes of a path that wandered were 0.9 and 1.1 stated errors beyond the level, on whichever side the line holds them."""
+    true = staircase()
+    over = {}
+    for rests in (True, False):
+        if not rests:
+            monkeypatch.setattr(of, "_resting", lambda y, use, noise, path: path)
+        found = [read(true, seed, white_n, slow) for seed in range(DRAWS)]
+        z = [((f.value - true)[part], np.sqrt(f.variance[part].mean())) for f in found for part in dwells(true)]
+        over[rests] = np.array([[e.max() / sd, e.min() / sd] for e, sd in z])
+        # errors are of the size that is stated, with rests as without
+        assert 0.7 < np.mean([np.mean(e**2) / sd**2 for e, sd in z]) < 1.5
+    highest, lowest = over[True].mean(axis=0)
+    assert abs(highest) < 0.35 and abs(lowest) < 0.35
+    assert over[False].mean(axis=0)[0] > 0.6 and over[False].mean(axis=0)[1] < -0.6
+
+
+def test_a_level_is_better_known_than_a_path_and_rests_are_found():
+    true = staircase()
+    resting, wandering = read(true, 1, 0.02, SLOW), latent(true + noise(1, 0.02, SLOW), 1.0 / RATE_HZ, 0.02)
+    for part in dwells(true):
+        assert np.ptp(resting.value[part]) < 1e-3 < np.ptp(wandering.value[part])
+    moving = np.abs(np.diff(true, prepend=true[0])) > 1e-9
+    assert np.all(np.abs(np.diff(resting.value, prepend=resting.value[0] - 1.0)[moving]) > 1e-4)
+
+
+def test_what_creeps_or_turns_without_a_corner_does_not_rest():
+    # 0.05 N/s over a dwell is ten times the noise of a reading
+    creeping = staircase(creep=0.05)
+    found = read(creeping, 2, 0.02)
+    for k in range(4):
+        begin = round((k * (DWELL_S + RAMP_S) + 1.0) * RATE_HZ)
+        moved = found.value[begin + 200] - found.value[begin]
+        assert moved == pytest.approx(0.1, abs=0.03)
+    slow_sine = 8.0 + 4.0 * np.sin(2.0 * np.pi * TIME / 12.0)
+    rates = np.abs(np.diff(read(slow_sine, 3, 0.02).value))
+    assert np.mean(rates < 1e-7) < 0.01
