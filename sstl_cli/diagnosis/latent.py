@@ -18,7 +18,6 @@ from scipy.special import expit, softmax
 
 from sstl_cli.diagnosis.constants import (
     DECIDES_NATS,
-    DOUBT_NATS,
     ELSEWHERE,
     FINEST,
     LATENT_ENOUGH_NATS,
@@ -33,6 +32,7 @@ from sstl_cli.diagnosis.constants import (
     WIDE,
     WIDE_ROUNDS,
 )
+from sstl_cli.diagnosis.rests import resting, stopped
 from sstl_cli.diagnosis.smoother import CHAIN, Mask, Reading, chain, costs, follow
 from sstl_cli.diagnosis.tries import costs_of
 
@@ -236,54 +236,15 @@ def _as_smooth(y: Array, use: Mask, noise: Reading, path: _Path) -> _Path:
 
 
 def _resting(y: Array, use: Mask, noise: Reading, path: _Path) -> _Path:
-    """Return the path that stands still between corners wherever its readings like that better.
-
-    A line holds the extreme of its input: a path that wanders about a level at which the input stood takes it beyond that level,
-    always to the same side.
-    """
-    n, at, rest = len(y), _places(path), np.zeros(len(y), np.bool_)
-    edges = np.concatenate(([0], at, [n]))
-    for a, b, after in zip(edges[:-1], edges[1:], [*edges[2:], n], strict=True):
-        # what follows a rest says as well whether it was one
-        told = slice(int(a), int(after))
-        near = _Path(
-            tuple(s[told] for s in path.steps), path.scales, path.squares[told], mean=path.mean[told], variance=path.variance[told]
-        )
-        rest[told][_still(y[told], use[told], noise, near, int(b - a))] = True
+    """Return the path that stands still wherever its readings like that better."""
+    steps = (path.steps[0], path.steps[1])
+    rest = resting(y, use, noise, steps, (path.mean[:, 0], path.variance), _places(path))
     if not rest.any():
         return path
-    corners, bends = _stopped(path, rest)
-    law, drive = chain(y, use, noise, corners, bends, rest)
+    steps = stopped(steps, rest)
+    law, drive = chain(y, use, noise, steps[0], steps[1], rest)
     mean, variance, _ = follow(law, drive)
-    return replace(path, steps=(corners, bends), law=law, mean=mean, variance=variance, rest=rest)
-
-
-def _still(y: Array, use: Mask, noise: Reading, path: _Path, end: int) -> slice:
-    """Return where a path stands still before its corner at ``end``, as its readings have it; nowhere if they do not.
-
-    Behind a drive that lags it comes to rest some time after the corner before, and leaves it as long before the next.
-    """
-    tried: list[tuple[float, slice]] = []
-    later, known = 0, 0.0
-    while 2 * (ELSEWHERE + later) + SHORTEST_SMOOTHED < end and later <= end // 4:
-        still = slice(ELSEWHERE + 1 + later, end - ELSEWHERE - later)
-        ends = [still.start, still.stop - 1]
-        if np.ptp(path.mean[ends, 0]) ** 2 < 2.0 * DOUBT_NATS * float(path.variance[ends].sum()):
-            rest = np.zeros(len(y), np.bool_)
-            rest[still] = True
-            if not tried:
-                known = float(costs(y, use, noise, path.steps[0], path.steps[1]).sum())
-            corners, bends = _stopped(path, rest)
-            tried.append((known - float(costs(y, use, noise, corners, bends, rest).sum()), still))
-        later = max(2 * later, ELSEWHERE)
-    best = max((gain for gain, _ in tried), default=0.0)
-    # of what the readings like as well the shortest: as little of a lag as may be is taken for rest
-    return next((still for gain, still in reversed(tried) if gain > max(best - DECIDES_NATS, 0.0)), slice(0, 0))
-
-
-def _stopped(path: _Path, rest: Mask) -> tuple[Array, Array]:
-    """Return the variances of steps of a path that makes none where it rests."""
-    return np.where(rest, 0.0, path.steps[0]), np.where(rest, 0.0, path.steps[1])
+    return replace(path, steps=steps, law=law, mean=mean, variance=variance, rest=rest)
 
 
 def _rounded(y: Array, use: Mask, noise: Reading, path: _Path, width: float) -> _Path:
