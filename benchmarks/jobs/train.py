@@ -53,6 +53,11 @@ def _row(name: str, job: str, peer: str, target: float, own: list[float], other:
     return Row(name, job, peer, target, faster(own, other, scaled), seconds={"ours": min(own), "peer": min(other) * scaled}, note=note)
 
 
+def _lowest(found: Fitted) -> list[tuple[int, float]]:
+    """Return the seed and the least error of both slopes on the validation part of each network."""
+    return [(c.seed, float(np.sqrt(c.val_loss.min() / 2))) for c in found.curves]
+
+
 def run(quick: bool, folder: Path) -> list[Row]:
     """Compare with networks trained one after the other."""
     seeds, options, repeat = (2, Options(epochs=40), 1) if quick else (20, Options(), 2)
@@ -91,19 +96,15 @@ def run(quick: bool, folder: Path) -> list[Row]:
                 net.fit((x[rows] - mean) / scale, (y[rows] - y.mean(0)) / y.std(0))
 
     fit(x, y, ids, splits, VARIANTS, Options(epochs=5))
-    own, peer, sk = [], [], []
+    works = (ours, loop, regressor)
     # the peers' networks are so small that more threads slow them down; one each is what they do best with
     with _one_thread():
-        for _ in range(repeat):
-            own.append(seconds(ours))
-            peer.append(seconds(loop))
-            sk.append(seconds(regressor))
-        theirs = loop()
+        taken = [[seconds(work) for work in works] for _ in range(repeat)]
         # by the clock our stacks take all cores, and what a user would write takes one
-        clocked = [[seconds(work, time.perf_counter) for work in (ours, loop, regressor)] for _ in range(repeat)]
-    own_s, peer_s, sk_s = map(list, zip(*clocked, strict=True))
-    lowest = {(c.variant, c.seed): float(np.sqrt(c.val_loss.min() / 2)) for c in ours().curves}
-    alike = np.median([lowest[v.name, s] for v in nets for s in range(peers)]), np.median(theirs)
+        clocked = [[seconds(work, time.perf_counter) for work in works] for _ in range(repeat)]
+        theirs = loop()
+    (own, peer, sk), (own_s, peer_s, sk_s) = (map(list, zip(*times, strict=True)) for times in (taken, clocked))
+    alike = np.median([e for s, e in _lowest(ours()) if s < peers]), np.median(theirs)
     job = f"train Table III: {len(VARIANTS)} variants x {seeds} seeds"
     scaled = seeds / peers
     stopped = f"peer on {peers} seeds, scaled by {scaled:g}; it stopped after {np.mean(epochs):.0f} epochs on average"

@@ -65,7 +65,7 @@ def _still(y: Array, use: Mask, noise: Reading, steps: tuple[Array, Array], leve
     """
     tried: list[tuple[float, Mask]] = []
     (begin, end), later, known = level, 0, float(costs(y, use, noise, steps[0], steps[1]).sum())
-    while 2 * later + SHORTEST_SMOOTHED < end - begin and later <= (end - begin) // 4:
+    while 2 * later + SHORTEST_SMOOTHED < end - begin and 2 * later <= (end - begin) // 2:
         rest = np.zeros(len(y), np.bool_)
         rest[begin + later : end - later] = True
         corners, bends = stopped(steps, rest)
