@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
+from scipy.signal import butter, lfilter
 
 from sstl_cli.diagnosis import latent as of
 from sstl_cli.diagnosis.latent import Slow, Told, latent
+from sstl_cli.diagnosis.rests import levels, resting, stopped
+from sstl_cli.diagnosis.smoother import Reading, chain, follow
 
 RATE_HZ, DRAWS = 100.0, 24
 TIME = np.arange(0.0, 24.0, 1.0 / RATE_HZ)
@@ -82,3 +84,43 @@ def test_what_creeps_or_turns_without_a_corner_does_not_rest():
     slow_sine = 8.0 + 4.0 * np.sin(2.0 * np.pi * TIME / 12.0)
     rates = np.abs(np.diff(read(slow_sine, 3, 0.02).value))
     assert np.mean(rates < 1e-7) < 0.01
+
+
+def test_levels_are_the_longest_windows_within_a_band():
+    steps = np.array([0.0, 0.0, 1.0, 1.0, 1.0, 5.0, 5.2, 5.1])
+    assert list(levels(steps, 0.3, 2)) == [(0, 2), (2, 5), (5, 8)]
+    assert list(levels(steps, 0.3, 3)) == [(2, 5), (5, 8)] and not list(levels(steps, 0.3, 4))
+    # of a ramp each window begins a sample after the one before; none lies inside another
+    assert list(levels(np.arange(5) / 10.0, 0.25, 3)) == [(0, 3), (1, 4), (2, 5)]
+    assert list(levels(np.array([3.0, 3.1, 2.9, 3.0]), 0.2 + 1e-9, 2)) == [(0, 4)]
+
+
+def test_behind_a_drive_that_lags_there_is_no_corner_and_yet_a_rest():
+    true = staircase()
+    b, a = butter(2, 2.0, fs=RATE_HZ)
+    smooth = lfilter(b, a, true - true[0]) + true[0]
+    found = read(smooth, 4, 0.02)
+    still = np.abs(np.diff(found.value, prepend=found.value[0] - 1.0)) < 1e-5
+    for part in dwells(true):
+        # it comes to rest some time after it was told to
+        assert still[part[100:]].mean() > 0.8
+        assert np.abs(found.value - smooth)[part[still[part]]].max() < 0.012
+    assert not still[np.abs(np.gradient(smooth)) > 5e-3].any()
+    # the same readings for a fifth of the time decide nothing, and a curve has no rest
+    short = latent(4.0 + noise(5, 0.02)[:20], 1.0 / RATE_HZ, 0.02)
+    assert np.isfinite(short.value).all()
+
+
+def test_a_rest_has_to_be_likelier_than_all_the_places_where_it_could_be():
+    n = 400
+    y, use, reading = 0.02 * np.random.default_rng(6).standard_normal(n), np.ones(n, bool), Reading(0.02**2)
+    steps = (np.full(n, 1e-9), np.full(n, 1e-11))
+    path = follow(*chain(y, use, reading, *steps))[:2]
+    everywhere = resting(y, use, reading, steps, (path[0][:, 0], path[1]), np.array([], np.int64))
+    assert everywhere[n // 4 : -n // 4].all() and not everywhere[0]
+    corners, bends = stopped(steps, everywhere)
+    assert not corners[everywhere].any() and not bends[everywhere].any() and np.array_equal(corners[~everywhere], steps[0][~everywhere])
+    moving = np.linspace(0.0, 4.0, n) + y
+    path = follow(*chain(moving, use, reading, *steps))[:2]
+    assert not resting(moving, use, reading, steps, (path[0][:, 0], path[1]), np.array([], np.int64)).any()
+    assert not resting(y, use, reading, steps, (path[0][:, 0], np.zeros(n)), np.array([], np.int64)).any()
