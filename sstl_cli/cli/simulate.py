@@ -55,7 +55,11 @@ def simulate(asked: Asked) -> None:
     screen.note_versions(loaded.package_version, "the scenario")
     with usage("--effect"):
         effects = step.effects_of(asked.effect or [])
-    total = len(plan(loaded, seed))
+    plans = plan(loaded, seed)
+    total = len(plans)
+    if loaded.output is not None and step.output_scale(loaded, systems := sorted({p.system for p in plans})) is None:
+        without = ", ".join(s for s in systems if s not in loaded.output.per_n)
+        screen.note(f"the output is in N: the scenario has no {loaded.output.unit} a newton of {without}")
     made = provenance(seed, files_among(asked.scenario))
     with screen.progress("simulating", total) as advance:
 

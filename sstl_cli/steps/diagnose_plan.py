@@ -31,7 +31,9 @@ def run(scenario: Scenario, effects: Sequence[str] | None = None, advance: Calla
     """
     if max(scenario.noise.white_n, scenario.noise.coloured_n) <= 0.0:
         raise SstlError("sensors without noise show everything", where="noise", fix="state white_n of the sensors", code="E905")
-    runs = list(simulate.run(scenario.model_copy(update={"simulator": "transmission"}), {}, 0))
+    # a plan is in newtons, whatever unit an accepted model has
+    in_newtons = scenario.model_copy(update={"simulator": "transmission", "output": None})
+    runs = list(simulate.run(in_newtons, {}, 0))
     found = plan(runs, scenario, list(effects or catalogue()), advance)
     return PlanDocument(
         schema="sstl.diagnosis.plan/1",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from sstl_cli.physics.effect import Values
 from sstl_cli.physics.effects import get, parse
 from sstl_cli.physics.noise import NoiseModel, sensor_noise
 from sstl_cli.physics.plan import Plan, input_path, labels, neighbour_tension, plan
-from sstl_cli.physics.scenario import Lines, Scenario, Trajectory
+from sstl_cli.physics.scenario import Lines, OutputScale, Scenario, Trajectory
 from sstl_cli.physics.transmission import activate, measure, play_operator, predict, predict_position
 from sstl_cli.physics.transmission.model import Active, drive_of
 
@@ -51,16 +51,34 @@ def effects_of(given: Mapping[str, Mapping[str, float]] | Iterable[str]) -> dict
 
 
 def run(scenario: Scenario, effects: Mapping[str, Values], seed: int) -> Iterator[Run]:
-    """Yield the simulated runs of a scenario (time in s, tensions in N, position in mm).
+    """Yield the simulated runs of a scenario (time in s, tensions in N, position in mm; the output in the unit of the scenario's ``output``).
 
     Raises
     ------
     SstlError
         If an effect needs a channel or a theta that the scenario does not record or give.
     """
-    effects = {**scenario.effects, **effects}
-    active = activate(effects)
     plans = plan(scenario, seed)
+    own = output_scale(scenario, {p.system for p in plans})
+    for made in _recorded(scenario, plans, {**scenario.effects, **effects}, seed):
+        yield made if own is None else _in_unit(made, own)
+
+
+def output_scale(scenario: Scenario, systems: Iterable[str]) -> OutputScale | None:
+    """Return the scale of the outputs of these systems, None where they are in newtons: a log has one unit, so each needs its own factor."""
+    own = scenario.output
+    return own if own is not None and set(systems) <= set(own.per_n) else None
+
+
+def _in_unit(made: Run, own: OutputScale) -> Run:
+    """Return a run with its output as a recording has it of which the scenario is a model."""
+    out = own.origin.get(made.system, 0.0) + own.per_n[made.system] * made.tension_out_n
+    return replace(made, tension_out_n=out, unit_out=own.unit)
+
+
+def _recorded(scenario: Scenario, plans: Sequence[Plan], effects: Mapping[str, Values], seed: int) -> Iterator[Run]:
+    """Yield the runs that are planned, in N, or say which effect they cannot show."""
+    active = activate(effects)
     for effect, _ in active.items:
         if effect.channel == "neighbour" and len(scenario.tendons) < 2:
             raise SstlError(

@@ -16,8 +16,10 @@ import pytest
 
 from sstl_cli.cli import app as program
 from sstl_cli.core.runs import read_runs
+from sstl_cli.diagnosis.scale import given, in_newtons
 from sstl_cli.physics import effects as package
 from sstl_cli.physics.effects import catalogue
+from sstl_cli.physics.scenario import load
 
 SCENARIO = """
 schema = "sstl.scenario/1"
@@ -208,3 +210,39 @@ def test_a_dropped_in_effect_is_listed_and_simulated(folder, monkeypatch):
         monkeypatch.undo()
         catalogue.cache_clear()
         sys.modules.pop("sstl_cli.physics.effects.square_gain", None)
+
+
+def test_a_model_of_another_unit_records_in_it(tmp_path):
+    """A saved model of a recording in deg wrote its output in N without a word."""
+    (tmp_path / "newtons.toml").write_text(SCENARIO)
+    output = '[output]\nunit = "deg"\nper_n = { "act" = 3.0, "sstl" = 0.5 }\norigin = { "act" = 5.0, "sstl" = -2.0 }\n'
+    (tmp_path / "deg.toml").write_text(SCENARIO.replace("[[configurations]]", output + "[[configurations]]"))
+    for simulator in ("transmission", "rig"):
+        logs = []
+        for name in ("newtons", "deg"):
+            words = ("--scenario", f"{name}.toml", "--simulator", simulator, "--seed", 1, "--out", f"{name}.parquet", "--force")
+            assert sstl("simulate", *words, cwd=tmp_path).returncode == 0
+            logs.append(list(read_runs(tmp_path / f"{name}.parquet")))
+        plain, own = logs
+        assert {r.unit_out for r in plain} == {"N"} and {r.unit_out for r in own} == {"deg"}
+        model = load(str(tmp_path / "deg.toml"))
+        scale = given(own, model.output)
+        assert scale is not None
+        for a, b in zip(plain, in_newtons(own, scale), strict=True):
+            assert np.allclose(a.tension_out_n, b.tension_out_n) and np.array_equal(a.tension_in_n, b.tension_in_n)
+        by = {"act": (3.0, 5.0), "sstl": (0.5, -2.0)}
+        for a, b in zip(plain, own, strict=True):
+            assert np.allclose(b.tension_out_n, by[a.system][0] * a.tension_out_n + by[a.system][1])
+
+
+def test_a_model_without_a_factor_for_a_system_stays_in_newtons_and_says_so(tmp_path):
+    output = '[output]\nunit = "deg"\nper_n = { "act" = 3.0 }\norigin = { "act" = 5.0 }\n'
+    (tmp_path / "deg.toml").write_text(SCENARIO.replace("[[configurations]]", output + "[[configurations]]"))
+    told = sstl("simulate", "--scenario", "deg.toml", "--seed", 1, "--out", "a.parquet", cwd=tmp_path)
+    assert "the output is in N: the scenario has no deg a newton of sstl" in told.stderr
+    assert {r.unit_out for r in read_runs(tmp_path / "a.parquet")} == {"N"}
+    # where that system is not recorded there is nothing to be said
+    act = (tmp_path / "deg.toml").read_text().replace('kind = "ramp_hold"', 'kind = "ramp_hold"\nsystems = ["act"]')
+    (tmp_path / "deg.toml").write_text(act)
+    told = sstl("simulate", "--scenario", "deg.toml", "--seed", 1, "--out", "b.parquet", cwd=tmp_path)
+    assert "newton" not in told.stderr and {r.unit_out for r in read_runs(tmp_path / "b.parquet")} == {"deg"}

@@ -15,7 +15,7 @@ from sstl_cli.diagnosis import planning
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.limit import distance2, least_shown
 from sstl_cli.diagnosis.weights import learned
-from sstl_cli.physics.scenario import Configuration, NoiseSection, Scenario, Trajectory
+from sstl_cli.physics.scenario import Configuration, NoiseSection, OutputScale, Scenario, Trajectory
 from sstl_cli.steps import diagnose_plan, simulate
 
 EFFECTS = ("viscous", "zero_offset", "const_friction", "gain_error", "asymmetric_friction")
@@ -41,6 +41,11 @@ def test_what_shows_grows_with_the_noise():
     for e in EFFECTS:
         assert loud[e]["least_size"] == pytest.approx(3.0 * quiet[e]["least_size"], rel=0.35)
         assert loud[e]["gap_n"] < 0.06
+
+
+def test_a_plan_for_a_model_of_another_unit_is_in_newtons():
+    own = scenario(FAST).model_copy(update={"output": OutputScale(unit="V", per_n={"act": 3.0, "sstl": 3.0}, origin={"act": 5.0})})
+    assert diagnose_plan.run(own, EFFECTS[1:2]) == diagnose_plan.run(scenario(FAST), EFFECTS[1:2])
 
 
 def test_friction_of_speed_wants_speed_and_an_offset_wants_time():
