@@ -117,8 +117,8 @@ def _begun(problem: Problem, scenario: Scenario, nominal: Array) -> tuple[Simula
 
 
 def _fitted(ids: Sequence[str], problem: Problem) -> list[str]:
-    """Return the candidates that are fitted to the output."""
-    fitted = [i for i in ids if get(i).sought and get(i).channel in _shown(problem)]
+    """Return the candidates that are fitted to the output: a pulley of the loop is none where the tendon alone was recorded."""
+    fitted = [i for i in ids if get(i).sought and get(i).channel in _shown(problem) and set(get(i).systems) & set(problem.systems)]
     if any(r.slip is not None for r in problem.records):
         # which element slips next is known only where a tension drives the line
         fitted = [i for i in fitted if get(i).stage != TRANSITION]

@@ -157,6 +157,15 @@ def test_an_effect_between_tendons_is_asked_for_where_the_others_were_recorded()
     assert gathering._fitted(ids, driven) == ["zero_offset"]
 
 
+def test_an_effect_of_a_system_that_was_not_recorded_is_no_candidate():
+    """A pulley of the loop stood in sets of what had not been ruled out where the tendon alone was recorded."""
+    ids = ["zero_offset", "pulley_friction"]
+    assert SIM.problem.systems == ("act",) and gathering._fitted(ids, SIM.problem) == ["zero_offset"]
+    loop = replace(SIM.problem.records[0], system="sstl")
+    for records in ((loop,), (*SIM.problem.records, loop)):
+        assert gathering._fitted(ids, replace(SIM.problem, records=records)) == ids
+
+
 def test_a_simulator_begins_at_what_it_says_of_bends_and_knows_which_it_has_seen(monkeypatch):
     monkeypatch.setattr(gathering, "likelier", lambda sim, nominal: (sim, nominal + 0.1))
     monkeypatch.setattr(gathering.variation, "applied", lambda sim, theta, wander, unit_n: sim)
