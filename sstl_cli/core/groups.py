@@ -55,6 +55,17 @@ def error_of(samples: str | None) -> str:
     return "all readings as recorded" if samples == RECORDED else samples
 
 
+def below(known_misfit_n: float | None) -> str:
+    """Return what no model takes away of an error: noise, and of an accepted model what it was known to leave.
+
+    Examples
+    --------
+    >>> below(None), below(2.1)
+    ('the noise floor', 'the noise floor and the known misfit')
+    """
+    return "the noise floor and the known misfit" if known_misfit_n is not None and known_misfit_n > 0.0 else "the noise floor"
+
+
 def rivals(verdict: Verdict) -> list[str]:
     """Return what else an ambiguity group holds beside the named effects, the parts of a combination joined.
 

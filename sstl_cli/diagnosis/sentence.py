@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from sstl_cli.core.documents.diagnosis import Analysis, DiagnosisDocument, Gap, LeastShown, OddRun, Place, Verdict
-from sstl_cli.core.groups import error_of, rivals
+from sstl_cli.core.groups import below, error_of, rivals
 from sstl_cli.core.numbers import quantity, small
 from sstl_cli.diagnosis.by_run import OWN
 from sstl_cli.diagnosis.constants import HALF, LISTED, MOST_SURE, PLACES, SENSORS_S
@@ -82,10 +82,15 @@ def _nameless(document: DiagnosisDocument) -> bool:
 
 
 def _moved(analysis: Analysis) -> str:
-    """Return by how much theta has changed, bend by bend, where it is a per cent or more anywhere."""
+    """Return by how much theta has changed, bend by bend, where it is a per cent or more anywhere; of more than it was no per cent."""
     now, before = analysis.theta_with_effect or analysis.theta, analysis.theta_before or {}
-    moved = {c: round(100.0 * (now[c] / was - 1.0)) for c, was in before.items()}
-    said = [f"{c} {before[c]:.3g} -> {now[c]:.3g}, {by:+d} %" for c, by in moved.items() if by]
+    said = []
+    for bend, was in before.items():
+        by = now[bend] - was
+        # per cent of next to nothing say nothing
+        share = round(100.0 * by / was) if abs(by) <= was and was else None
+        if by and share != 0:
+            said.append(f"{bend} {was:.3g} -> {now[bend]:.3g}" + ("" if share is None else f", {share:+d} %"))
     return _listed(said) or "by less than one per cent"
 
 
@@ -99,7 +104,11 @@ def _much(gap: Gap) -> str:
         return "The gap"
     if accounted is not None and accounted >= 100.0 * HALF:
         return f"{accounted:.0f} % of the gap (squared, beyond the noise, with jumps at moments that nobody can foretell)"
-    return f"A part of the gap ({share:.0f} % of the error above the noise floor)" if share >= 0.5 else "Next to nothing of the gap"
+    return (
+        f"A part of the gap ({share:.0f} % of the error above {below(gap.known_misfit_n)})"
+        if share >= 0.5
+        else "Next to nothing of the gap"
+    )
 
 
 def _sure(confidence: float | None) -> str:
@@ -174,7 +183,7 @@ def _fall(gap: Gap) -> str:
         held, fall, share = held.replace("falls", "rises"), -fall, None
         low, high = (None, None) if low is None or high is None else (-high, -low)
     between = "" if low is None or high is None else f" [{low:.1f}, {high:.1f}]"
-    of = "" if share is None else f"; {share:.1f} % of the error above the noise floor"
+    of = "" if share is None else f"; {share:.1f} % of the error above {below(gap.known_misfit_n)}"
     return f"  {held} by {fall:.1f} %{between}{of}"
 
 

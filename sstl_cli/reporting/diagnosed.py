@@ -34,6 +34,7 @@ class Gap(Shown):
     rmse_retuned_n: Number = NAN
     rmse_with_effect_n: Number = NAN
     noise_floor_n: Number = NAN
+    known_misfit_n: Number = NAN
     shrink_pct: Number = NAN
     shrink_ci95_pct: Interval = None
     shrink_ci95_pct_why: Text = ""

@@ -8,7 +8,7 @@ from functools import cache
 from importlib.resources import files
 
 from sstl_cli.core.errors import printable
-from sstl_cli.core.groups import error_of
+from sstl_cli.core.groups import below, error_of
 from sstl_cli.reporting.diagnosed import Diagnosed, Gap, Parameter, Place
 from sstl_cli.reporting.documents import NAN, read
 from sstl_cli.reporting.inputs import EffectNote
@@ -112,7 +112,7 @@ def shrinkage(document: Diagnosed) -> str:
         # nothing is explained of an error that is larger than before
         fall, share, than, low, high = -fall, NAN, "more", -high, -low
     span = f" (95 %: {low:.1f} to {high:.1f})" if low == low else ""
-    of = f"; {share:.1f} % of the error above the noise floor" if share == share else ""
+    of = f"; {share:.1f} % of the error above {below(gap.known_misfit_n)}" if share == share else ""
     reason = why_null(gap.shrink_ci95_pct, gap.shrink_why or gap.shrink_ci95_pct_why, gap)
     return f"{fall:.1f} % {than}{span}, {held}{of}." + (f" No interval: {reason}." if reason else "")
 

@@ -22,7 +22,7 @@ from sstl_cli.core.documents.diagnosis import (
     Simple,
     Verdict,
 )
-from sstl_cli.core.groups import ANALYSED, RECORDED
+from sstl_cli.core.groups import ANALYSED, RECORDED, below
 from sstl_cli.diagnosis import bends, by_run, following, gap, limit, planning, reasons, recorded, scaling, sentence, simple, where
 from sstl_cli.diagnosis.compared import compared, only_beside
 from sstl_cli.diagnosis.constants import DECIDABLE
@@ -145,6 +145,7 @@ def _asks_least(g: Given) -> bool:
 
 def _gap(g: Given, found: gap.Sizes) -> Gap:
     named, interval = g.accepted is not g.search.base, found.interval
+    known = found.known_n if g.problem.scatters else None
     return Gap(
         rmse_base_n=found.given_n,
         rmse_retuned_n=found.retuned_n,
@@ -152,12 +153,12 @@ def _gap(g: Given, found: gap.Sizes) -> Gap:
         noise_floor_n=found.floor.value_n,
         noise_floor_low_n=found.floor.low_n,
         noise_floor_high_n=found.floor.high_n,
-        known_misfit_n=found.known_n if g.problem.scatters else None,
+        known_misfit_n=known,
         shrink_pct=found.fall_pct,
         shrink_ci95_pct=None if interval is None else (interval.low, interval.high),
         shrink_why=_no_interval(named, g.fault) if interval is None else None,
         explained_of_reducible_pct=found.explained_pct,
-        explained_scale="error (RMSE) above the noise floor",
+        explained_scale=f"error (RMSE) above {below(known)}",
         accounted_pct=reasons.accounted_pct(g.accepted, g.rows),
         samples=ANALYSED if g.fault is None else RECORDED,
         held_out=g.search.held_out.folds.honest and g.fault is None and g.accepted.hypothesis.foretold,

@@ -275,6 +275,27 @@ def test_theta_is_that_beside_the_named_effects_and_bends_that_kept_theirs_are_n
     assert any(x.endswith("accepted: by less than one per cent") for x in lines({**document(), "analysis": slight}))
 
 
+def test_a_theta_that_more_than_doubles_has_no_per_cent_of_what_it_was():
+    theta = {"theta_before": dict.fromkeys("abcd", 0.001), "theta": dict(zip("abcd", (0.202, 0.002, 0.0005, 0.001), strict=True))}
+    theta["theta_before"] |= {"e": 0.0}
+    theta["theta"] |= {"e": 0.1}
+    told = lines({**document(), "analysis": {**theta, "theta_changed": True}})
+    changed = "a 0.001 -> 0.202, b 0.001 -> 0.002, +100 %, c 0.001 -> 0.0005, -50 %, e 0 -> 0.1"
+    assert f"  theta has changed as well since the simulator was accepted: {changed}" in told
+
+
+def test_a_share_of_what_is_above_the_known_misfit_says_so():
+    """All of the error above the floor was explained, where 2 N were left over a floor of 0.018 N."""
+    found = document()
+    found["gap"] = {**GAP, "known_misfit_n": 2.1}
+    assert "75.0 % of the error above the noise floor and the known misfit" in lines(found)[1]
+    found["gap"] |= {"explained_of_reducible_pct": 20.0}
+    assert sentence(found).startswith("A part of the gap (20 % of the error above the noise floor and the known misfit) comes from")
+    for none in (None, 0.0):
+        found["gap"] |= {"known_misfit_n": none}
+        assert lines(found)[1].endswith("20.0 % of the error above the noise floor")
+
+
 def test_what_a_model_is_known_to_leave_stands_beside_the_noise():
     found = document("none", effects=())
     found["gap"] = {**GAP, "noise_floor_n": 0.02, "known_misfit_n": 0.05}

@@ -94,6 +94,8 @@ def test_the_first_screen_says_where_which_how_far_and_how_sure():
         shrinkage(document)
         == "90.7 % less (95 %: 89.9 to 91.4), on recordings kept out of the fit; 96.8 % of the error above the noise floor."
     )
+    known = read(Diagnosed, {**made.diagnosis(), "gap": {**made.diagnosis()["gap"], "known_misfit_n": 0.3}})
+    assert shrinkage(known).endswith("; 96.8 % of the error above the noise floor and the known misfit.")
     worse = {**made.diagnosis()["gap"], "shrink_pct": -20.6, "shrink_ci95_pct": [-103.2, 45.5]}
     rises = read(Diagnosed, {**made.diagnosis(), "gap": worse})
     assert shrinkage(rises) == "20.6 % more (95 %: -45.5 to 103.2), on recordings kept out of the fit."

@@ -92,7 +92,10 @@ class Gap(Part):
     shrink_ci95_pct: Interval | None = Field(description="null, with a reason in shrink_why, where it cannot be given")
     shrink_why: str | None = Field(default=None, description="why the interval is null")
     explained_of_reducible_pct: float | None
-    explained_scale: str | None = Field(default=None, description="what explained_of_reducible_pct is of")
+    explained_scale: str | None = Field(
+        default=None,
+        description="what explained_of_reducible_pct is of: the error above the noise floor, and above the known misfit where there is one",
+    )
     accounted_pct: float | None = Field(
         default=None,
         description="share of the squared error beyond the noise that the named effects account for, where they are jumps of which only the mean "
