@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis import misfit, recorded, shrink
-from sstl_cli.diagnosis.constants import REDUCIBLE
+from sstl_cli.diagnosis.constants import HALF, REDUCIBLE
 from sstl_cli.diagnosis.floor import Floor, fine_n, floor, unrounded_n
 from sstl_cli.diagnosis.judged import Judged
+from sstl_cli.physics.rebased import MISSED
 
 Array = NDArray[np.float64]
 
@@ -59,6 +60,22 @@ def errors(g: Judged) -> Errors:
     return Errors(
         known + held.residual(g.search.base), known + held.residual(g.accepted), fine_n(g, g.search.noise), g.search.sim.weight, known
     )
+
+
+def of_other(g: Judged) -> float | None:
+    """Return what another simulator's log is off by (RMS, in the unit of the output), None where none took the place of the base."""
+    records, missed = {r.run_id: r for r in g.problem.records}, []
+    for run in g.runs:
+        r = records.get(run.run_id)
+        if r is None or MISSED not in run.extra:
+            continue
+        used = np.isfinite(run.extra[MISSED])
+        if g.fault is None:
+            # what the recorder has spoilt is masked here as it is in the errors beside
+            used &= np.interp(run.time_s, r.raw.time_s, r.raw_weight) > HALF
+        missed.append(run.extra[MISSED][used])
+    every = np.concatenate(missed) if missed else np.zeros(0)
+    return float(np.sqrt(np.mean(every**2))) if len(every) else None
 
 
 def sizes(g: Judged, e: Errors, code: NDArray[np.int64]) -> Sizes:

@@ -11,12 +11,16 @@ from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
 from sstl_cli.physics.transmission import play_operator
 
+# the extra channel that holds what the other simulator misses, in the unit of the output
+MISSED = "missed_by_other"
+
 
 def rebase(measured: Sequence[Run], simulated: Sequence[Run]) -> list[Run]:
     """Return measured runs with the other simulator's error put on the built-in base.
 
     What the other simulator misses, ``measured - simulated``, is added to the output of the built-in
-    base for the same input. The diagnosis then finds which effect, added to that simulator, explains it.
+    base for the same input. The diagnosis then finds which effect, added to that simulator, explains it. What is missed stands in
+    ``extra`` as well: the theta of that base is nobody's, so that as given the base would be off by something else.
 
     Raises
     ------
@@ -51,8 +55,9 @@ def rebase(measured: Sequence[Run], simulated: Sequence[Run]) -> list[Run]:
         theta = thetas[_bend(twin)]
         n = run.passes
         base = play_operator(run.tension_in_n, np.exp(-n * theta), 0.0, np.exp(n * theta), 0.0, float(run.tension_out_n[0]))
-        moved = base + (run.tension_out_n - there)
-        out.append(replace(run.cut(inside), tension_out_n=moved[inside]))
+        missed = run.tension_out_n - there
+        moved = replace(run, tension_out_n=base + missed, extra={**run.extra, MISSED: missed})
+        out.append(moved.cut(inside))
     return out
 
 

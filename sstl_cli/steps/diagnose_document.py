@@ -68,8 +68,14 @@ def document(g: Given) -> DiagnosisDocument:
     restored = rows.with_beside(g, scaling.restored(found, units_of(g)), only)
     said = [*(restored.notes or []), *notes.beside_floor(restored.gap, g.verdict.effects, restored.unit or "N")]
     analysis = None if restored.analysis is None else restored.analysis.model_copy(update=_theta(g, restored.gap))
-    restored = restored.model_copy(update={"notes": said, "analysis": analysis})
+    restored = restored.model_copy(update={"notes": said, "analysis": analysis, "gap": _as_given(g, restored.gap)})
     return restored.model_copy(update={"sentence": sentence.sentence(restored)})
+
+
+def _as_given(g: Given, found: Gap) -> Gap:
+    """Return the gap with what another simulator's log is off by as given: of the base that stands for it theta is only assumed."""
+    own = gap.of_other(g) if found.samples in (ANALYSED, RECORDED) else None
+    return found if own is None else found.model_copy(update={"rmse_base_n": own})
 
 
 def _theta(g: Given, found: Gap) -> dict[str, object]:
