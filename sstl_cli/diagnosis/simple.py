@@ -1,4 +1,4 @@
-"""What simpler rules would have answered: they are what the verdict is compared with in the blind check."""
+"""What simpler rules would have answered: they are what the verdict is compared with in the blind check, and what a model has to beat."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.gap import Errors
+from sstl_cli.diagnosis.latent import block_mean
+from sstl_cli.diagnosis.simulator import Simulator
 
 Array = NDArray[np.float64]
 
@@ -39,3 +41,17 @@ def answers(found: Search, errors: Errors) -> Answers:
         smallest_rmse=min(singles, key=lambda x: errors.rms(x.fit.residual)).ids[0],
         iid_bic=best if scores[best] < bic(found.base.residual, 0) else None,
     )
+
+
+def line_n(sim: Simulator, errors: Errors) -> float:
+    """Return what one straight line a system from input to output leaves (N, RMS) of what is analysed, by least squares."""
+    output, records = sim.y + errors.known, sim.problem.records
+    left = np.zeros(len(output))
+    for system in sim.problem.systems:
+        own = [(r, s) for r, s in zip(records, sim.slices(), strict=True) if r.system == system]
+        at = np.concatenate([np.arange(s.start, s.stop) for _, s in own])
+        into = np.concatenate([block_mean(r.u, r.factor)[: len(r)] for r, _ in own])
+        columns, root = np.stack((into, np.ones(len(into))), axis=1), np.sqrt(sim.weight[at])
+        best = np.linalg.lstsq(columns * root[:, None], output[at] * root, rcond=None)[0]
+        left[at] = output[at] - columns @ best
+    return errors.rms(left)

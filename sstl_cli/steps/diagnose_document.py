@@ -22,6 +22,7 @@ from sstl_cli.core.documents.diagnosis import (
     Simple,
     Verdict,
 )
+from sstl_cli.core.documents.quantity import Quantity
 from sstl_cli.core.groups import ANALYSED, RECORDED, below
 from sstl_cli.diagnosis import bends, by_run, following, gap, limit, planning, reasons, recorded, scaling, sentence, simple, where
 from sstl_cli.diagnosis.compared import compared, only_beside
@@ -43,6 +44,7 @@ def document(g: Given) -> DiagnosisDocument:
     g = replace(g, recorder=tuple(above_noise(g, r) for r in g.recorder))
     sim, errors = g.search.sim, gap.errors(g)
     code = where.phases(sim, g.accepted.prediction)
+    sizes = gap.sizes(g, errors, code)
     ids, cosine = following.isolability(g.search)
     fitted = compared(g, errors)
     only = only_beside(g.beside, {*(name(c.model.ids) for c in fitted), *(r.id for r in g.recorder)})
@@ -50,7 +52,7 @@ def document(g: Given) -> DiagnosisDocument:
         schema="sstl.diagnosis/1",
         package_version=__version__,
         verdict=_verdict(g),
-        gap=_gap(g, gap.sizes(g, errors, code)),
+        gap=_gap(g, sizes),
         where=where.shares(sim, errors.base, code) if g.fault is None else recorded.shares(sim, g.search.base.theta, code),
         where_samples=ANALYSED if g.fault is None else RECORDED,
         where_bands=where.bands(sim, errors.base),
@@ -60,7 +62,7 @@ def document(g: Given) -> DiagnosisDocument:
         remarks=list(g.remarks),
         analysis=_analysis(g),
         baselines=Simple(**vars(simple.answers(g.search, errors))),
-        notes=[*notes.of(g), *rows.notes_beside(g, only), *notes.of_units(g)],
+        notes=[*_no_model(g, errors, sizes.floor.value_n), *notes.of(g), *rows.notes_beside(g, only), *notes.of_units(g)],
         isolability=Cosines(ids=ids, cosine=np.asarray(cosine).tolist()),
         loops=drawn.loops(g),
         residuals=drawn.residuals(g),
@@ -70,6 +72,13 @@ def document(g: Given) -> DiagnosisDocument:
     analysis = None if restored.analysis is None else restored.analysis.model_copy(update=_theta(g, restored.gap))
     restored = restored.model_copy(update={"notes": said, "analysis": analysis, "gap": _as_given(g, restored.gap)})
     return restored.model_copy(update={"sentence": sentence.sentence(restored)})
+
+
+def _no_model(g: Given, errors: gap.Errors, floor_n: float) -> list[str]:
+    """Return the note on an accepted model that a straight line beats."""
+    factor, _ = units_of(g).of(Quantity.OUTPUT, None, None)
+    left, line = errors.rms(errors.accepted), simple.line_n(g.search.sim, errors)
+    return notes.beside_line(factor * left, factor * line, factor * floor_n, "N" if g.scale is None else g.scale.unit)
 
 
 def _as_given(g: Given, found: Gap) -> Gap:

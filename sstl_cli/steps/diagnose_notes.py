@@ -86,3 +86,24 @@ def beside_floor(gap: Gap, effects: Sequence[str], unit: str) -> list[str]:
         return []
     known = "which is an estimate" if low is None else f"which is known to {low:.3g}..{high:.3g} {unit}"
     return [f"the error with the effect is below the noise floor, {known}: nothing above noise is left"]
+
+
+def beside_line(left: float, line: float, floor: float, unit: str) -> list[str]:
+    """Return the note on a model that leaves more than a straight line does, by more than noise can make of it.
+
+    Parameters
+    ----------
+    left, line, floor : float
+        What the accepted model leaves, and a straight line from input to output, and noise alone (RMS, in ``unit``).
+
+    Examples
+    --------
+    >>> beside_line(12000.0, 630.0, 570.0, "N")[0]
+    'the model leaves 1.2e+04 N, a straight line through input and output 6.3e+02 N: it is no model of this rig; check units, signs and which channel is which'
+    >>> beside_line(0.0202, 0.02, 0.02, "N")
+    []
+    """
+    if left**2 <= line**2 + floor**2:
+        return []
+    beaten = f"the model leaves {left:.2g} {unit}, a straight line through input and output {line:.2g} {unit}"
+    return [f"{beaten}: it is no model of this rig; check units, signs and which channel is which"]
