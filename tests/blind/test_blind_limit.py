@@ -158,6 +158,7 @@ def test_a_set_counts_what_could_be_told():
     assert (found.cases, found.judged, found.decidable, found.decidable_known) == (3, 2, 1, 2)
 
 
+@pytest.mark.slow
 def test_predicted_and_simulated_error_rates_agree():
     """A small version of ``tools/limit_simulation.py``: the noise is drawn, and both models are refitted to each draw."""
     case = limit_simulation.case_of("crosstalk", "rig", 47, 4.0)
