@@ -176,6 +176,7 @@ def test_a_plan_and_the_stages_are_those_of_the_program(folder: Path, theta: pd.
         sstl.stages(commands.drop(columns="phase"))
 
 
+@pytest.mark.slow
 def test_what_a_diagnosis_is_asked_beside_the_log(folder: Path) -> None:
     log = sstl.read(SAMPLE)
     (folder / "prior.toml").write_text("const_friction = 50.0\n")

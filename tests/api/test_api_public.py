@@ -156,7 +156,21 @@ def test_importing_is_cheap_and_loads_nothing_heavy() -> None:
 
 @pytest.mark.parametrize(
     "module",
-    [sstl, log, mapping, diagnosis, control, blinded, catalogue, exporting, installed, planning, recordings, reproducing, watching],
+    [
+        sstl,
+        log,
+        mapping,
+        pytest.param(diagnosis, marks=pytest.mark.slow),
+        control,
+        blinded,
+        catalogue,
+        exporting,
+        installed,
+        planning,
+        recordings,
+        reproducing,
+        watching,
+    ],
     ids=lambda m: m.__name__,
 )
 def test_doctests(module) -> None:

@@ -44,7 +44,7 @@ def test_ctrl_c_ends_at_once_and_is_resumed(tmp_path: Path, workers: int, whole_
 
 
 # a closed terminal takes the way of SIGTERM: tests/core/test_core_interrupt.py
-@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("how", asked((signal.SIGTERM, signal.SIGKILL), signal.SIGTERM))
 def test_workers_end_with_the_program(tmp_path: Path, how: signal.Signals) -> None:
     first = write_log(tmp_path / "first.parquet", runs=10)
     logs = [shutil.copy(first, tmp_path / f"log-{i:02d}.parquet") for i in range(MANY)]

@@ -137,7 +137,7 @@ def judged(path: Path):
 
 
 # bytes a further run: 590 and 410; 6190 and 3470 with evidence of every run and a document a row
-@pytest.mark.parametrize(("work", "most"), [(identified, 1000), (judged, 800)])
+@pytest.mark.parametrize(("work", "most"), [pytest.param(identified, 1000, marks=pytest.mark.slow), (judged, 800)])
 def test_a_further_short_run_takes_little_memory(work, most, tmp_path) -> None:
     sizes = (2 * LISTED, 6 * LISTED)
     paths = [write_log(tmp_path / f"{n}.parquet", n) for n in sizes]
