@@ -69,23 +69,24 @@ def run(quick: bool, folder: Path) -> list[Row]:
     splits = make_splits({c.id: str(c.location) for c in cases}, range(seeds), 0)
     nets = [v for v in VARIANTS if v.alpha is not None]
 
-    def ours() -> Fitted:
-        return fit(x, y, ids, splits, VARIANTS, options)
+    done: list[Fitted] = []
+
+    def ours() -> None:
+        done[:] = [fit(x, y, ids, splits, VARIANTS, options)]
 
     fitting, validating = (splits.mask(ids, part) for part in (FIT, VALIDATION))
     mean, scale = x.mean(0), x.std(0)
     tensors = [[torch.from_numpy(a[m[s]]).float() for m in (fitting, validating) for a in ((x - mean) / scale, y)] for s in range(peers)]
     epochs: list[int] = []
+    theirs: list[float] = []
     how = torch_loop.How(options.epochs, options.patience, options.learning_rate, options.weight_decay)
 
-    def loop() -> list[float]:
-        errors = []
+    def loop() -> None:
         for v in nets:
             for s in range(peers):
                 net, used = torch_loop.train(*tensors[s], float(v.alpha or 0.0), v.weight_inv, s, how)
                 epochs.append(used)
-                errors.append(torch_loop.rmse(net, *tensors[s][1:]))
-        return errors
+                theirs.append(torch_loop.rmse(net, *tensors[s][1:]))
 
     def regressor() -> None:
         for s in range(peers):
@@ -102,9 +103,8 @@ def run(quick: bool, folder: Path) -> list[Row]:
         taken = [[seconds(work) for work in works] for _ in range(repeat)]
         # by the clock our stacks take all cores, and what a user would write takes one
         clocked = [[seconds(work, time.perf_counter) for work in works] for _ in range(repeat)]
-        theirs = loop()
     (own, peer, sk), (own_s, peer_s, sk_s) = (map(list, zip(*times, strict=True)) for times in (taken, clocked))
-    alike = np.median([e for s, e in _lowest(ours()) if s < peers]), np.median(theirs)
+    alike = np.median([e for s, e in _lowest(done[0]) if s < peers]), np.median(theirs)
     job = f"train Table III: {len(VARIANTS)} variants x {seeds} seeds"
     scaled = seeds / peers
     stopped = f"peer on {peers} seeds, scaled by {scaled:g}; it stopped after {np.mean(epochs):.0f} epochs on average"

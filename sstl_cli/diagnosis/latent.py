@@ -105,11 +105,10 @@ def latent(signal: Array, dt_s: float, white: float, known: NDArray[np.bool_] | 
     asked = _asked(signal, dt_s, white, known, told.slow)
     likeliest = _likeliest(*asked)
     smooth, value, doubt = likeliest.smooth, likeliest.value, likeliest.doubt
+    found = _resting(*asked, _rounded(*asked, smooth, told.rounded) if told.rounded else smooth)
     if told.rounded:
-        found, doubt = _resting(*asked, _rounded(*asked, smooth, told.rounded)), np.zeros(n)
-        value, rounds = found.mean[:, 0], np.zeros(len(ROUNDINGS))
+        value, doubt, rounds = found.mean[:, 0], np.zeros(n), np.zeros(len(ROUNDINGS))
     else:
-        found = _resting(*asked, smooth)
         moved, open_ = _elsewhere(*asked, found)
         value, doubt = value + (found.mean - smooth.mean)[:, 0] + moved, np.hypot(doubt, open_)
         rounds = smooth.nats - costs_of(*asked, [_spread(smooth.steps[0], w) for w in ROUNDINGS], [smooth.steps[1]])

@@ -79,11 +79,11 @@ def _still(y: Array, use: Mask, noise: Reading, steps: tuple[Array, Array], leve
 @njit(cache=True, nogil=True)
 def levels(value: Array, band: float, least: int) -> list[tuple[int, int]]:
     """Return all windows, none inside another, of at least so many samples in which a signal keeps within a band."""
+    # empty, but of a type that the compiler knows
     found = [(0, 0) for _ in range(0)]
     begin, low, high = 0, value[0], value[0]
     for k in range(1, value.size + 1):
-        inside = k < value.size and max(high, value[k]) - min(low, value[k]) <= band
-        if inside:
+        if k < value.size and max(high, value[k]) - min(low, value[k]) <= band:
             low, high = min(low, value[k]), max(high, value[k])
             continue
         if k - begin >= least:

@@ -66,11 +66,11 @@ def test_a_level_is_no_further_out_than_it_was(white_n, slow, monkeypatch):
 
 def test_a_level_is_better_known_than_a_path_and_rests_are_found():
     true = staircase()
-    resting, wandering = read(true, 1, 0.02, SLOW), latent(true + noise(1, 0.02, SLOW), 1.0 / RATE_HZ, 0.02)
+    told, wandering = read(true, 1, 0.02, SLOW), latent(true + noise(1, 0.02, SLOW), 1.0 / RATE_HZ, 0.02)
     for part in dwells(true):
-        assert np.ptp(resting.value[part]) < 1e-3 < np.ptp(wandering.value[part])
+        assert np.ptp(told.value[part]) < 1e-3 < np.ptp(wandering.value[part])
     moving = np.abs(np.diff(true, prepend=true[0])) > 1e-9
-    assert np.all(np.abs(np.diff(resting.value, prepend=resting.value[0] - 1.0)[moving]) > 1e-4)
+    assert np.all(np.abs(np.diff(told.value, prepend=told.value[0] - 1.0)[moving]) > 1e-4)
 
 
 def test_what_creeps_or_turns_without_a_corner_does_not_rest():
@@ -106,7 +106,7 @@ def test_behind_a_drive_that_lags_there_is_no_corner_and_yet_a_rest():
         assert still[part[100:]].mean() > 0.8
         assert np.abs(found.value - smooth)[part[still[part]]].max() < 0.012
     assert not still[np.abs(np.gradient(smooth)) > 5e-3].any()
-    # the same readings for a fifth of the time decide nothing, and a curve has no rest
+    # a fifth of a second is a path as any other
     short = latent(4.0 + noise(5, 0.02)[:20], 1.0 / RATE_HZ, 0.02)
     assert np.isfinite(short.value).all()
 
