@@ -71,6 +71,7 @@ def model(found: Evidence, said: verdict.Verdict, base: Scenario) -> Scenario:
     for gap in found.beside:
         if (gap.effect,) == said.effects:
             effects[gap.effect] = scaling.in_recording(gap.effect, gap.values, unit_n)
+    base = base.with_rig(preload_n=found.preload_n or None)
     locations = {r.config: r.location for r in found.problem.records}
     configurations = tuple(
         Configuration(id=name, location=locations.get(i), theta=float(chosen.theta[i])) for i, name in enumerate(found.problem.configs)

@@ -218,6 +218,8 @@ MAX_ITERATIONS, REFIT_ITERATIONS = 14, 6
 EACH_ROUNDS = 3
 # theta is tried at these times what is said of it: a fit that starts in an endless hold stays there
 START_FACTORS = (1.0, 0.6, 1.6, 0.3, 0.1, 0.03)
+# how far a pair is stretched beyond where its slack tendon would go slack, over what the input spans: more of it only looks like less friction
+PRELOADS = (0.01, 0.1, 0.5, 1.0, 2.0)
 # differences that show a slope: in theta, in a parameter (share of its range)
 THETA_STEP, PARAMETER_STEP = 1e-4, 2e-3
 # Levenberg-Marquardt: first damping, its factor, how often it is raised

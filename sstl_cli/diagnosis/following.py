@@ -171,7 +171,7 @@ def within(found: Search, trajectory: Trajectory, limits: Limits) -> tuple[Movem
     movements = []
     for system in problem.systems:
         mine = [r for r in problem.records if r.system == system]
-        low, most = recorded_n(problem, system)
+        low, most = recorded_n(problem, system, found.sim.mechanics.preload_n.get(system, 0.0))
         high = most if limits.tension_n is None else limits.tension_n / problem.unit_n
         fastest = max(float(np.quantile(np.abs(r.rate), REPEATABLE)) for r in mine)
         if limits.rate_n_per_s is not None:
@@ -187,10 +187,10 @@ def within(found: Search, trajectory: Trajectory, limits: Limits) -> tuple[Movem
     return tuple(movements)
 
 
-def recorded_n(problem: Problem, system: str) -> tuple[float, float]:
-    """Return lowest (none below zero) and highest input tension (N) that was recorded of a system."""
+def recorded_n(problem: Problem, system: str, preload_n: float = 0.0) -> tuple[float, float]:
+    """Return lowest (none at which a tendon stretched by the preload would be slack) and highest input tension (N) that was recorded of a system."""
     mine = [r.u for r in problem.records if r.system == system]
-    return max(min(float(u.min()) for u in mine), 0.0), max(float(u.max()) for u in mine)
+    return max(min(float(u.min()) for u in mine), -preload_n), max(float(u.max()) for u in mine)
 
 
 def sampling_s(found: Search) -> float:

@@ -16,6 +16,7 @@ from sstl_cli.diagnosis.corners import likelier
 from sstl_cli.diagnosis.faults import RecorderEffect
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.neighbours import NEIGHBOUR
+from sstl_cli.diagnosis.preload import preload_of
 from sstl_cli.diagnosis.propagation import propagates
 from sstl_cli.diagnosis.question import Question, candidates
 from sstl_cli.diagnosis.records import Problem, Record, prepare
@@ -46,6 +47,11 @@ class Evidence:
     scale: Scale | None = None
     runs: tuple[Run, ...] = ()
 
+    @property
+    def preload_n(self) -> dict[str, float]:
+        """By how much (N of the recording) the tendons of each system that pulls both ways are stretched where they read nothing."""
+        return {system: self.problem.unit_n * p for system, p in self.search.sim.mechanics.preload_n.items()}
+
 
 def gather(
     runs: Sequence[Run],
@@ -67,11 +73,13 @@ def gather(
         If no run can be used.
     """
     recorded, output = tuple(runs), asked.sim.output if asked.sim else None
-    own = scale.given(runs, output) or scale.scale_of(runs)
+    # a constant of the rig, whichever of its runs are asked
+    preload_n = preload_of(runs, asked.sim) if before is None else before.preload_n
+    own = scale.given(runs, output) or scale.scale_of(runs, preload_n)
     if own is not None:
         runs = scale.in_newtons(runs, own)
     unit_n = scaling.unit_of(runs)
-    scenario = asked.given(unit_n)
+    scenario = asked.given(unit_n).with_rig(preload_n=preload_n)
     prepared = prepare(scaling.scaled(runs, unit_n), unit_n, _ready(before, own, unit_n))
     problem = misfit.applied(prepared, scenario.misfits, unit_n)
     # a scale that is nobody's fault is not compared; the one that an accepted model has is a scale like any other

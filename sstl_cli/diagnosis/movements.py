@@ -31,7 +31,7 @@ def with_movements(scenario: Scenario, problem: Problem) -> Scenario:
     found: list[Trajectory] = []
     for usual in load("default").trajectories:
         for system in problem.systems:
-            low, high = _range_n(problem, system)
+            low, high = _range_n(problem, system, scenario.rig.mechanics().preload_n.get(system, 0.0) / problem.unit_n)
             # driven by position it would leave this range
             how = {"systems": (system,), "low_n": low, "high_n": high, "drive": "tension", **channels}
             found.append(usual.model_copy(update=how))
@@ -39,8 +39,8 @@ def with_movements(scenario: Scenario, problem: Problem) -> Scenario:
     return scenario.model_copy(update={"trajectories": tuple(found), "sampling_hz": float(f"{min(1.0 / step, FASTEST_HZ):.4g}")})
 
 
-def _range_n(problem: Problem, system: str) -> tuple[float, float]:
+def _range_n(problem: Problem, system: str, preload_n: float) -> tuple[float, float]:
     """Return lowest and highest input tension of a system in the recording's unit, as far as a scenario takes them."""
-    low, most = (problem.unit_n * end for end in recorded_n(problem, system))
+    low, most = (problem.unit_n * end for end in recorded_n(problem, system, preload_n))
     high = float(f"{min(most, HIGHEST_N):.3g}")
     return float(f"{min(low, 0.5 * high):.3g}"), high

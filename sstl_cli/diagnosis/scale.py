@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -35,8 +36,14 @@ class Scale:
         return float(np.median(list(self.per_n.values())))
 
 
-def scale_of(runs: Sequence[Run]) -> Scale | None:
-    """Return the scale of outputs that are declared in another unit than newtons, None where they are newtons."""
+def scale_of(runs: Sequence[Run], preload_n: Mapping[str, float] = MappingProxyType({})) -> Scale | None:
+    """Return the scale of outputs that are declared in another unit than newtons, None where they are newtons.
+
+    Parameters
+    ----------
+    preload_n : mapping of system to float
+        By how much tendons are stretched where they read nothing (N).
+    """
     units = sorted({r.unit_out for r in runs})
     if units == [NEWTON]:
         return None
@@ -52,7 +59,7 @@ def scale_of(runs: Sequence[Run]) -> Scale | None:
         origin[system] = 0.0
     found = Scale(", ".join(units), per_n, origin)
     for _ in range(SCALE_ROUNDS):
-        found = _refined(runs, found)
+        found = _refined(runs, found, preload_n)
     return found
 
 
@@ -69,10 +76,10 @@ def in_newtons(runs: Sequence[Run], scale: Scale) -> list[Run]:
     return [replace(r, tension_out_n=(r.tension_out_n - scale.origin[r.system]) / scale.per_n[r.system]) for r in runs]
 
 
-def _refined(runs: Sequence[Run], scale: Scale) -> Scale:
+def _refined(runs: Sequence[Run], scale: Scale, preload_n: Mapping[str, float]) -> Scale:
     """Return the scale after one fit of gain and zero of the output beside theta."""
     problem = prepare(in_newtons(runs, scale))
-    sim = Simulator(problem, Mechanics())
+    sim = Simulator(problem, Mechanics(preload_n=preload_n))
     free = [
         f
         for f in free_parameters(("gain_error", "zero_offset"), problem.systems)

@@ -77,7 +77,8 @@ def mechanics(simulator: Scenario, unit_n: float) -> Mechanics:
     """Return the mechanics of a simulator, given in the units of the recording, in those of the scaled fit."""
     own = simulator.rig.mechanics()
     loop = None if own.loop_load_n_per_mm is None else own.loop_load_n_per_mm / unit_n
-    return replace(own, ea_n=own.ea_n / unit_n, load_n_per_mm=own.load_n_per_mm / unit_n, loop_load_n_per_mm=loop)
+    preload_n = {system: p / unit_n for system, p in own.preload_n.items()}
+    return replace(own, ea_n=own.ea_n / unit_n, load_n_per_mm=own.load_n_per_mm / unit_n, loop_load_n_per_mm=loop, preload_n=preload_n)
 
 
 def in_proportion(unit_n: float) -> Scenario:

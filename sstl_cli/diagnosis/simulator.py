@@ -99,6 +99,10 @@ class Simulator:
         self._constants: tuple[Noise, Constants] | None = None
         self._last_sampled: tuple[bytes, list[Sampling], list[tuple[Record, Start, Sampling]]] | None = None
 
+    def read_as(self, gain: float, zero_n: float) -> None:
+        """Let every record begin where its output reads what it does by a gain and a zero (N): NaN is midway between the lines of a model."""
+        self._starts = (np.array([s.output_n for r in self.problem.records for s in starts_of(r)]) - zero_n) / gain
+
     def _each(self, signal: Array) -> list[Array]:
         """Return a signal record by record."""
         return [signal[a:b] for a, b in zip(self._fine_edges[:-1], self._fine_edges[1:], strict=True)]

@@ -134,7 +134,8 @@ class Transition:
 class Mechanics:
     """Tube and tendon as built (not fitted): lengths in mm, stiffness in N and N/mm, friction of the loop over that of the actuation tendon.
 
-    The loop ends at ``loop_load_n_per_mm``, or at a load as stiff as the tendon's where none is given.
+    The loop ends at ``loop_load_n_per_mm``, or at a load as stiff as the tendon's where none is given. Where a pair that is stretched
+    by ``preload_n`` (N) against each other drives a system, its readings are what one tendon carries beyond the preload.
     """
 
     length_mm: float = 2000.0
@@ -144,6 +145,7 @@ class Mechanics:
     bend_centres: Mapping[str, float] = field(default_factory=lambda: {"NP": 0.2, "CP": 0.5, "ND": 0.8})
     loop_friction: float = 1.0
     loop_load_n_per_mm: float | None = None
+    preload_n: Mapping[str, float] = field(default_factory=dict)
 
     def friction(self, system: str) -> float:
         """Return the factor on theta of a system."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal
@@ -32,6 +33,10 @@ class RigSection(Model):
     loop_load_n_per_mm: Annotated[
         float | None, Field(gt=0, le=1e12, description="stiffness of what the sensing loop ends at; that of the load where it is not given")
     ] = None
+    preload_n: Annotated[
+        dict[Literal["act", "sstl"], Annotated[float, Field(ge=0, le=1e12)]] | None,
+        Field(description="tension (N) of a pair that pulls both ways, by system; readings are beyond it (fast model alone)"),
+    ] = None
 
     @model_validator(mode="after")
     def _bend_inside_the_tube(self) -> RigSection:
@@ -43,7 +48,7 @@ class RigSection(Model):
     def mechanics(self) -> Mechanics:
         """Return the mechanics that both simulators share."""
         own = (self.length_mm, self.ea_n, self.load_n_per_mm, self.arc_fraction, self.bend_centres, self.loop_friction)
-        return Mechanics(*own, self.loop_load_n_per_mm)
+        return Mechanics(*own, self.loop_load_n_per_mm, {str(system): n for system, n in (self.preload_n or {}).items()})
 
 
 class NoiseSection(Model):
@@ -87,7 +92,7 @@ class Trajectory(Model):
     label: str | None = None
     systems: tuple[System, ...] = ("act", "sstl")
     duration_s: Annotated[float, Field(gt=0, le=1e6)] | None = None
-    low_n: Annotated[float, Field(ge=0, le=HIGHEST_N)] | None = None
+    low_n: Annotated[float, Field(ge=-HIGHEST_N, le=HIGHEST_N)] | None = None
     high_n: Annotated[float, Field(gt=0, le=HIGHEST_N)] | None = None
     frequency_hz: Positive | None = None
     top_frequency_hz: Positive | None = None
@@ -204,12 +209,25 @@ class Scenario(Model):
         ids = [c.id for c in self.configurations]
         if len(set(ids)) != len(ids):
             raise ValueError("two configurations have the same id")
+        self._pulled()
         names = [t.id for t in self.tendons]
         if len(set(names)) != len(names):
             raise ValueError("two tendons have the same id")
         return self
 
-    def with_rig(self, **changes: float | None) -> Scenario:
+    def _pulled(self) -> None:
+        """Raise ValueError where a tendon would have to push."""
+        preload_n = self.rig.mechanics().preload_n
+        if self.simulator != "transmission" and any(preload_n.values()):
+            raise ValueError('a preload_n is known to the fast model alone (simulator = "transmission")')
+        for t in self.trajectories:
+            least = 0.0 - min((preload_n.get(system, 0.0) for system in t.systems), default=0.0)
+            if t.low_n is not None and t.low_n < least:
+                raise ValueError(
+                    f"low_n of trajectory {t.name} is below {least:g} N, and a tendon cannot push; a preload_n in [rig] lowers that"
+                )
+
+    def with_rig(self, **changes: float | Mapping[str, float] | None) -> Scenario:
         """Return the scenario of a rig that differs in some of its numbers."""
         return self.model_copy(update={"rig": self.rig.model_copy(update=changes)})
 

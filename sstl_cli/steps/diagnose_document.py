@@ -111,9 +111,11 @@ def _analysis(g: Given) -> Analysis:
         theta=dict(zip(p.configs, g.search.base.theta.tolist(), strict=True)),
         noise=_noise(g),
     )
-    if g.scale is None:
-        return found
-    return found.model_copy(update={"output_scale": OutputScale(unit=g.scale.unit, per_n=g.scale.per_n, origin=g.scale.origin)})
+    # what is not there stays unset
+    beside: dict[str, object] = {"preload_n": g.preload_n} if g.preload_n else {}
+    if g.scale is not None:
+        beside["output_scale"] = OutputScale(unit=g.scale.unit, per_n=g.scale.per_n, origin=g.scale.origin)
+    return found.model_copy(update=beside)
 
 
 def _verdict(g: Given) -> Verdict:

@@ -54,6 +54,11 @@ def _by_run(g: Given, kind: Free, parts: Mapping[str, float]) -> str:
 def of_units(g: Given) -> list[str]:
     """Return in which units a recording was fitted, where not in those that it has."""
     notes, scale = [], g.scale
+    if g.preload_n:
+        said = ", ".join(f"{k} {v:.4g} N" for k, v in g.preload_n.items())
+        notes.append(
+            f"the input goes below zero, where no tendon pulls: taken for a pair stretched by {said}, which is nobody's fault (preload_n in [rig])"
+        )
     if scale is not None:
         said = ", ".join(f"{k} {v:.4g} {scale.unit}/N" for k, v in scale.per_n.items())
         notes.append(f"the scale of the output is nobody's fault and was fitted: {said}; parameters are in newtons")

@@ -46,6 +46,11 @@ class Runs:
     def __len__(self) -> int:
         return len(self.drives)
 
+    @cached_property
+    def preload_n(self) -> Array:
+        """By how much (N) the tendon of each run is stretched where it reads nothing, shape (runs,)."""
+        return np.array([d.mechanics.preload_n.get(d.system, 0.0) for d in self.drives])
+
     def each(self, signal: Array) -> list[Array]:
         """Return a signal over all samples, run by run."""
         return [signal[a:b] for a, b in zip(self.edges[:-1], self.edges[1:], strict=True)]
@@ -90,12 +95,23 @@ class Case:
 
 
 def predict_runs(runs: Runs, cases: Sequence[Case]) -> list[Array]:
-    """Return the true output tensions (N, shape (n,) each) of runs, end to end, for each case; elastic lines are marched together."""
+    """Return the true output tensions (N, shape (n,) each) of runs, end to end, for each case; elastic lines are marched together.
+
+    A tendon of a pair carries the preload beside what is read of it.
+    """
     tables: Tables = {}
-    made = [_made(runs, case, tables) for case in cases]
+    preload_n = np.repeat(runs.preload_n, np.diff(runs.edges)) if runs.preload_n.any() else None
+    made = [_made(runs, case if preload_n is None else _stretched(runs, case, preload_n), tables) for case in cases]
     elastic = [m for m in made if isinstance(m, tuple)]
     out = iter(marched(elastic) if elastic else [])
-    return [next(out) if isinstance(m, tuple) else m for m in made]
+    whole = [next(out) if isinstance(m, tuple) else m for m in made]
+    return whole if preload_n is None else [x - preload_n for x in whole]
+
+
+def _stretched(runs: Runs, case: Case, preload_n: Array) -> Case:
+    """Return a case whose tensions are those of the tendon itself, not of what is read."""
+    read = runs.tension_n if case.tension_n is None else case.tension_n
+    return replace(case, tension_n=read + preload_n, start_n=case.start_n + runs.preload_n)
 
 
 def _made(runs: Runs, case: Case, tables: Tables) -> Array | tuple[Input, Lines]:

@@ -1,0 +1,99 @@
+"""A pair that pulls both ways: its preload is a constant of the rig, found where inputs go below zero, kept with the model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sstl_cli.core.errors import SstlError
+from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.preload import preload_of
+from sstl_cli.physics.effect import Mechanics
+from sstl_cli.physics.scenario import Scenario, load
+from sstl_cli.physics.scenario_file import dump
+from sstl_cli.physics.transmission.active import activate
+from sstl_cli.physics.transmission.model import drive_of, predict
+from sstl_cli.steps import diagnose, simulate
+
+PRELOAD_N, THETA = 30.0, 0.3
+
+
+def pair(name="a", period=7.0, zero_n=0.0, size=1.0, unit="N", swing_n=10.0, seconds=40.0):
+    """Return a run of a pair that swings about no tension: what one tendon carries beyond the preload, written out."""
+    t = np.arange(0.0, seconds, 0.02)
+    u = swing_n * np.sin(2.0 * np.pi * t / period) * (0.6 + 0.4 * np.sin(2.0 * np.pi * t / seconds))
+    y, last = np.empty_like(u), PRELOAD_N
+    for k, x in enumerate(u + PRELOAD_N):
+        last = y[k] = min(max(last, np.exp(-THETA) * x), np.exp(THETA) * x)
+    noise = 0.02 * np.random.default_rng(int(10 * period)).standard_normal((2, len(t)))
+    seen = size * (u + noise[0]), size * (y - PRELOAD_N + noise[1] + zero_n)
+    return Run(name, "act", t, *seen, config_id="a", unit_out=unit)
+
+
+def test_a_pair_reads_what_its_tendon_carries_beyond_the_preload():
+    u = np.array([0.0, 15.0, 20.0, -10.0, -15.0])
+    drive = drive_of("act", None, 0.1, u, Mechanics(preload_n={"act": PRELOAD_N}))
+    pull, release = np.exp(-THETA), np.exp(THETA)
+    # midway at first; 45 and 50 N pull, 20 N are held up to e^0.3 times as much, 15 N give way
+    begins = 0.5 * (pull + release) * 30.0
+    expected = [begins, max(begins, 45.0 * pull), 50.0 * pull, release * 20.0, release * 15.0]
+    assert predict(drive, THETA, activate({})) + PRELOAD_N == pytest.approx(expected)
+    # a law of the line goes by all that the tendon carries
+    alone = drive_of("act", None, 0.1, u + PRELOAD_N, Mechanics())
+    stiff = activate({"sheath_compliance": {"c_t_per_n": 0.005}})
+    assert predict(drive, THETA, stiff) + PRELOAD_N == pytest.approx(predict(alone, THETA, stiff))
+
+
+def test_what_only_pulls_has_none_and_a_zero_that_is_off_does_not_make_it_push():
+    only = replace(pair(), tension_in_n=pair().tension_in_n + 12.0)
+    assert preload_of([only], None) == {}
+    assert preload_of([replace(only, tension_in_n=only.tension_in_n - 4.0)], None) == {}
+
+
+@pytest.mark.parametrize("size", [1.0, 60.0])
+def test_an_input_that_goes_both_ways_is_stretched_by_about_what_it_is(size):
+    found = preload_of([pair(size=size), pair("b", 4.3, size=size)], None)["act"] / size
+    assert PRELOAD_N / 2.0 < found < 2.0 * PRELOAD_N
+
+
+def test_what_the_simulator_says_of_it_holds():
+    assert preload_of([pair()], Scenario().with_rig(preload_n={"act": 12.0})) == {"act": 12.0}
+    # a model that a diagnosis accepted has said what there is
+    assert preload_of([pair()], Scenario(package_version="0.2.0")) == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[[trajectories]]\nkind = 'sinusoid'\nlow_n = -1.0\n", "a tendon cannot push"),
+        ("[rig]\npreload_n = {act = 5.0}\n[[trajectories]]\nkind = 'sinusoid'\nsystems = ['act']\nlow_n = -6.0\n", "below -5 N"),
+        ("[rig]\npreload_n = {act = 5.0}\n[[trajectories]]\nkind = 'sinusoid'\nlow_n = -1.0\n", "below 0 N"),
+        ("simulator = 'rig'\n[rig]\npreload_n = {act = 5.0}\n", "fast model alone"),
+        ("[rig]\npreload_n = {act = -5.0}\n", "preload_n"),
+    ],
+)
+def test_a_scenario_in_which_a_tendon_would_push_is_refused(tmp_path, text, words):
+    (tmp_path / "pair.toml").write_text('schema = "sstl.scenario/1"\n' + text, "utf-8")
+    with pytest.raises(SstlError, match=words):
+        load(str(tmp_path / "pair.toml"))
+
+
+def options(**more):
+    return diagnose.DiagnoseOptions(effects=("zero_offset", "gain_error", "const_friction"), max_effects=1, physics=False, **more)
+
+
+def test_a_model_of_a_pair_comes_back_knows_its_record_and_says_what_has_changed(tmp_path):
+    found = diagnose.run([pair(), pair("b", 4.3)], options())
+    body = found.body
+    assert body.verdict.status == "none" and body.gap.rmse_retuned_n < 0.3
+    assert body.analysis.preload_n.keys() == {"act"} and any("goes below zero" in note for note in body.notes)
+    (tmp_path / "pair.toml").write_text(dump(found.model()), "utf-8")
+    model = load(str(tmp_path / "pair.toml"))
+    assert model.rig.preload_n == pytest.approx(body.analysis.preload_n)
+    lows = [float(r.tension_in_n.min()) for r in simulate.run(model, {}, 0)]
+    assert min(lows) == pytest.approx(-10.0, abs=0.7)
+    assert diagnose.run([pair(period=5.1)], options(sim=model)).body.verdict.status == "none"
+    later = diagnose.run([pair(period=5.1, zero_n=1.5), pair("b", 6.1, zero_n=1.5)], options(sim=model)).body
+    assert later.verdict.status == "identified" and list(later.verdict.effects) == ["zero_offset"]
