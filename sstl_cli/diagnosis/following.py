@@ -40,7 +40,7 @@ from sstl_cli.diagnosis.records import Problem, prepare
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.verdict import IDENTIFIED, NOTHING, Verdict
 from sstl_cli.diagnosis.whitening import Noise, whitener
-from sstl_cli.physics.scenario import Configuration, Scenario, Trajectory
+from sstl_cli.physics.scenario import Configuration, RigSection, Scenario, Trajectory
 from sstl_cli.physics.trajectories import SPAN_HZ, span_hz, tension_path, times
 
 Array = NDArray[np.float64]
@@ -179,7 +179,7 @@ def within(found: Search, trajectory: Trajectory, limits: Limits) -> tuple[Movem
         if high <= low or fastest <= 0.0:
             continue
         own = trajectory.model_copy(
-            update={"low_n": round(low, TENSION_DIGITS), "high_n": round(high, TENSION_DIGITS), "systems": (system,)}
+            update={"low_n": at_least(low, 10.0**-TENSION_DIGITS), "high_n": round(high, TENSION_DIGITS), "systems": (system,)}
         )
         slow = _slowed(own, system, dt, fastest)
         if slow is not None:
@@ -191,6 +191,17 @@ def recorded_n(problem: Problem, system: str, preload_n: float = 0.0) -> tuple[f
     """Return lowest (none at which a tendon stretched by the preload would be slack) and highest input tension (N) that was recorded of a system."""
     mine = [r.u for r in problem.records if r.system == system]
     return max(min(float(u.min()) for u in mine), -preload_n), max(float(u.max()) for u in mine)
+
+
+def at_least(low_n: float, step_n: float) -> float:
+    """Return a tension (N) rounded up: rounded down it may be one at which a tendon is slack.
+
+    Examples
+    --------
+    >>> at_least(-54.1728, 0.1), at_least(1.23, 0.1)
+    (-54.1, 1.3)
+    """
+    return float(f"{np.ceil(low_n / step_n) * step_n:.12g}")
 
 
 def sampling_s(found: Search) -> float:
@@ -270,6 +281,7 @@ def scenario_of(found: Search, experiment: Experiment) -> Scenario:
         for i, name in enumerate(p.configs)
     )
     return Scenario(
+        rig=RigSection(preload_n=dict(found.sim.mechanics.preload_n) or None),
         configurations=configurations,
         trajectories=tuple(m.trajectory for m in experiment.movements),
         sampling_hz=round(1.0 / sampling_s(found), RATE_DIGITS),

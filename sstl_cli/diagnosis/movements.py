@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from sstl_cli.diagnosis.constants import FASTEST_HZ
-from sstl_cli.diagnosis.following import recorded_n
+from sstl_cli.diagnosis.following import at_least, recorded_n
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import HIGHEST_N, Scenario, Trajectory, load
@@ -43,4 +43,6 @@ def _range_n(problem: Problem, system: str, preload_n: float) -> tuple[float, fl
     """Return lowest and highest input tension of a system in the recording's unit, as far as a scenario takes them."""
     low, most = (problem.unit_n * end for end in recorded_n(problem, system, preload_n))
     high = float(f"{min(most, HIGHEST_N):.3g}")
-    return float(f"{min(low, 0.5 * high):.3g}"), high
+    low = min(low, 0.5 * high)
+    # three digits
+    return at_least(low, 10.0 ** (np.floor(np.log10(abs(low))) - 2.0)) if low else 0.0, high

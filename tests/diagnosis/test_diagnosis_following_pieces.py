@@ -17,6 +17,7 @@ from sstl_cli.diagnosis.following import Experiment, Limits, planned, recorded_n
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.noise import of_readings
 from sstl_cli.diagnosis.whitening import Noise, Sensor
+from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.scenario import Scenario, Trajectory
 from sstl_cli.physics.trajectories import span_hz
 from sstl_cli.steps.diagnose_document import promised
@@ -38,7 +39,7 @@ def log(*records, unit_n=1.0):
         SimpleNamespace(system=s, u=np.asarray(u, float), rate=np.asarray(v, float), raw=SimpleNamespace(dt_s=0.02)) for s, u, v in records
     ]
     problem = SimpleNamespace(records=made_records, systems=tuple(sorted({s for s, _, _ in records})), unit_n=unit_n)
-    return SimpleNamespace(sim=SimpleNamespace(problem=problem))
+    return SimpleNamespace(sim=SimpleNamespace(problem=problem, mechanics=Mechanics()))
 
 
 def steepest(m):

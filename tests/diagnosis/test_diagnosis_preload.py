@@ -97,3 +97,13 @@ def test_a_model_of_a_pair_comes_back_knows_its_record_and_says_what_has_changed
     assert diagnose.run([pair(period=5.1)], options(sim=model)).body.verdict.status == "none"
     later = diagnose.run([pair(period=5.1, zero_n=1.5), pair("b", 6.1, zero_n=1.5)], options(sim=model)).body
     assert later.verdict.status == "identified" and list(later.verdict.effects) == ["zero_offset"]
+
+
+def test_the_next_experiment_of_a_pair_pulls_both_ways_within_its_preload():
+    log = [pair(), replace(pair("b", 4.3), tension_out_n=1.4 * pair("b", 4.3).tension_out_n)]
+    proposed = diagnose.run(
+        log, diagnose.DiagnoseOptions(effects=("viscous", "dwell_aging"), max_effects=1, physics=False)
+    ).body.next_experiment
+    assert proposed is not None
+    scenario = Scenario.model_validate(proposed.scenario)
+    assert scenario.rig.preload_n is not None and -scenario.rig.preload_n["act"] < min(t.low_n for t in scenario.trajectories) < 0.0

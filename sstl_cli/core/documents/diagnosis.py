@@ -230,8 +230,7 @@ class OutputScale(Part):
 class Analysis(Part):
     """What was analysed: rate, samples, runs and what was set aside, the re-tuned base by bend, and the noise by sensor.
 
-    ``preload_n`` (N, by system) is by how much a pair that pulls both ways is stretched where it reads nothing, in no run of any other
-    drive; ``theta_before`` is that of a model that was accepted before, ``theta_with_effect`` that beside the effects that are named, and
+    ``theta_before`` is that of a model that was accepted before, ``theta_with_effect`` that beside the effects that are named, and
     ``theta_changed`` whether it is another one now.
     """
 
@@ -242,7 +241,10 @@ class Analysis(Part):
     theta: dict[str, float]
     noise: dict[str, dict[str, dict[str, Estimated]]]
     output_scale: OutputScale | None = None
-    preload_n: dict[str, float] | None = None
+    preload_n: dict[str, float] | None = Field(
+        None,
+        description="by system, by how much (N) a pair that pulls both ways is stretched where it reads nothing; unset where an input only pulls",
+    )
     theta_before: dict[str, float] | None = None
     theta_with_effect: dict[str, float] | None = None
     theta_changed: bool | None = None
