@@ -43,6 +43,6 @@ def _range_n(problem: Problem, system: str, preload_n: float) -> tuple[float, fl
     """Return lowest and highest input tension of a system in the recording's unit, as far as a scenario takes them."""
     low, most = (problem.unit_n * end for end in recorded_n(problem, system, preload_n))
     high = float(f"{min(most, HIGHEST_N):.3g}")
-    low = min(low, 0.5 * high)
+    low = max(min(low, 0.5 * high), -HIGHEST_N)
     # three digits
     return at_least(low, 10.0 ** (np.floor(np.log10(abs(low))) - 2.0)) if low else 0.0, high

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.constants import MAX_ITERATIONS, PRELOADS, START_FACTORS, THETA_HIGH, THETA_LOW, THETA_STEP, UNSEEN_SHARE
+from sstl_cli.diagnosis.constants import HALF, MAX_ITERATIONS, PRELOADS, START_FACTORS, THETA_HIGH, THETA_LOW, THETA_STEP, UNSEEN_SHARE
 from sstl_cli.diagnosis.records import Problem, prepare, representatives
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.identification.gate.shapes import BOTH_WAYS
@@ -39,16 +39,23 @@ def preload_of(runs: Sequence[Run], sim: Scenario | None) -> dict[str, float]:
     """
     if sim is not None and (sim.rig.preload_n is not None or sim.package_version is not None):
         return {str(k): v for k, v in (sim.rig.preload_n or {}).items()}
-    systems = sorted({r.system for r in runs})
-    ranges = {s: _range([r for r in runs if r.system == s]) for s in systems}
-    both_ways = [s for s, (low, high) in ranges.items() if low < -BOTH_WAYS * high]
-    return {s: _likeliest([r for r in runs if r.system == s], *ranges[s]) for s in both_ways}
+    found = {}
+    for system in sorted({r.system for r in runs}):
+        own = [r for r in runs if r.system == system and np.isfinite(r.tension_in_n).any()]
+        # one run that goes below zero among others that pull is at fault
+        if own and np.mean([_both_ways(*_range([r])) for r in own]) >= HALF:
+            found[system] = _likeliest(own, *_range(own))
+    return found
+
+
+def _both_ways(low: float, high: float) -> bool:
+    return low < -BOTH_WAYS * high
 
 
 def _range(runs: Sequence[Run]) -> tuple[float, float]:
-    """Return between which tensions (N) inputs were read, but for a small share at either end; none is above the other where none was."""
-    read = [np.nanquantile(r.tension_in_n, [UNSEEN_SHARE, 1.0 - UNSEEN_SHARE]) for r in runs if np.isfinite(r.tension_in_n).any()]
-    return (min(float(x[0]) for x in read), max(float(x[1]) for x in read)) if read else (0.0, 0.0)
+    """Return between which tensions (N) inputs were read, but for a small share at either end."""
+    read = [np.nanquantile(r.tension_in_n, [UNSEEN_SHARE, 1.0 - UNSEEN_SHARE]) for r in runs]
+    return min(float(x[0]) for x in read), max(float(x[1]) for x in read)
 
 
 def _likeliest(runs: Sequence[Run], low: float, high: float) -> float:

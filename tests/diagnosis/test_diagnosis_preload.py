@@ -9,7 +9,9 @@ import pytest
 
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.runs import Run
+from sstl_cli.diagnosis.movements import with_movements
 from sstl_cli.diagnosis.preload import preload_of
+from sstl_cli.diagnosis.records import prepare
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.scenario import Scenario, load
 from sstl_cli.physics.scenario_file import dump
@@ -50,6 +52,9 @@ def test_what_only_pulls_has_none_and_a_zero_that_is_off_does_not_make_it_push()
     only = replace(pair(), tension_in_n=pair().tension_in_n + 12.0)
     assert preload_of([only], None) == {}
     assert preload_of([replace(only, tension_in_n=only.tension_in_n - 4.0)], None) == {}
+    # nor one run of three, or samples that were not read
+    assert preload_of([only, replace(only, run_id="b"), pair("c")], None) == {}
+    assert preload_of([replace(only, tension_in_n=np.full(len(only), np.nan))], None) == {}
 
 
 @pytest.mark.parametrize("size", [1.0, 60.0])
@@ -107,3 +112,11 @@ def test_the_next_experiment_of_a_pair_pulls_both_ways_within_its_preload():
     assert proposed is not None
     scenario = Scenario.model_validate(proposed.scenario)
     assert scenario.rig.preload_n is not None and -scenario.rig.preload_n["act"] < min(t.low_n for t in scenario.trajectories) < 0.0
+
+
+@pytest.mark.parametrize(("unit_n", "low_n"), [(1.0, -9.99), (4.7, -46.9), (470.0, -1000.0)])
+def test_movements_of_a_pair_go_as_low_as_its_record_and_as_a_scenario_may(unit_n, low_n):
+    swung = replace(pair(swing_n=10.0), tension_in_n=10.0 * np.sin(np.arange(2000) / 80.0))
+    found = with_movements(Scenario().with_rig(preload_n={"act": 30.0 * unit_n}), prepare([swung], unit_n))
+    assert [t.low_n for t in found.trajectories] == pytest.approx([low_n] * len(found.trajectories), rel=2e-3)
+    assert Scenario.model_validate(found.model_dump(by_alias=True)).rig.preload_n == {"act": 30.0 * unit_n}
