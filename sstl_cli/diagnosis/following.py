@@ -171,16 +171,17 @@ def within(found: Search, trajectory: Trajectory, limits: Limits) -> tuple[Movem
     movements = []
     for system in problem.systems:
         mine = [r for r in problem.records if r.system == system]
-        low, most = recorded_n(problem, system, found.sim.mechanics.preload_n.get(system, 0.0))
+        slack = 0.0 - found.sim.mechanics.preload_n.get(system, 0.0)
+        low, most = recorded_n(problem, system, -slack)
         high = most if limits.tension_n is None else limits.tension_n / problem.unit_n
         fastest = max(float(np.quantile(np.abs(r.rate), REPEATABLE)) for r in mine)
         if limits.rate_n_per_s is not None:
             fastest = limits.rate_n_per_s / problem.unit_n
         if high <= low or fastest <= 0.0:
             continue
-        own = trajectory.model_copy(
-            update={"low_n": at_least(low, 10.0**-TENSION_DIGITS), "high_n": round(high, TENSION_DIGITS), "systems": (system,)}
-        )
+        # rounded it may be one at which the tendon is slack
+        low = max(round(low, TENSION_DIGITS), slack)
+        own = trajectory.model_copy(update={"low_n": low, "high_n": round(high, TENSION_DIGITS), "systems": (system,)})
         slow = _slowed(own, system, dt, fastest)
         if slow is not None:
             movements.append(slow)
@@ -190,18 +191,7 @@ def within(found: Search, trajectory: Trajectory, limits: Limits) -> tuple[Movem
 def recorded_n(problem: Problem, system: str, preload_n: float = 0.0) -> tuple[float, float]:
     """Return lowest (none at which a tendon stretched by the preload would be slack) and highest input tension (N) that was recorded of a system."""
     mine = [r.u for r in problem.records if r.system == system]
-    return max(min(float(u.min()) for u in mine), -preload_n), max(float(u.max()) for u in mine)
-
-
-def at_least(low_n: float, step_n: float) -> float:
-    """Return a tension (N) rounded up: rounded down it may be one at which a tendon is slack.
-
-    Examples
-    --------
-    >>> at_least(-54.1728, 0.1), at_least(1.23, 0.1)
-    (-54.1, 1.3)
-    """
-    return float(f"{np.ceil(low_n / step_n) * step_n:.12g}")
+    return max(min(float(u.min()) for u in mine), 0.0 - preload_n), max(float(u.max()) for u in mine)
 
 
 def sampling_s(found: Search) -> float:

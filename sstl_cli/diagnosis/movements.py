@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from sstl_cli.diagnosis.constants import FASTEST_HZ
-from sstl_cli.diagnosis.following import at_least, recorded_n
+from sstl_cli.diagnosis.following import recorded_n
 from sstl_cli.diagnosis.records import Problem
 from sstl_cli.physics.effects import get
 from sstl_cli.physics.scenario import HIGHEST_N, Scenario, Trajectory, load
@@ -39,10 +39,9 @@ def with_movements(scenario: Scenario, problem: Problem) -> Scenario:
     return scenario.model_copy(update={"trajectories": tuple(found), "sampling_hz": float(f"{min(1.0 / step, FASTEST_HZ):.4g}")})
 
 
-def _range_n(problem: Problem, system: str, preload_n: float) -> tuple[float, float]:
+def _range_n(problem: Problem, system: str, preload_n: float = 0.0) -> tuple[float, float]:
     """Return lowest and highest input tension of a system in the recording's unit, as far as a scenario takes them."""
     low, most = (problem.unit_n * end for end in recorded_n(problem, system, preload_n))
     high = float(f"{min(most, HIGHEST_N):.3g}")
-    low = max(min(low, 0.5 * high), -HIGHEST_N)
-    # three digits
-    return at_least(low, 10.0 ** (np.floor(np.log10(abs(low))) - 2.0)) if low else 0.0, high
+    # rounded it may be one at which the tendon is slack
+    return max(float(f"{min(low, 0.5 * high):.3g}"), 0.0 - problem.unit_n * preload_n, -HIGHEST_N), high

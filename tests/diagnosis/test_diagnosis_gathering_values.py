@@ -49,6 +49,7 @@ def evidence(found, recorder=(), beside=(), scale=None, unit_n=1.0):
         beside=beside,
         scale=scale,
         rows=SimpleNamespace(candidates=()),
+        preload_n={},
     )
 
 
