@@ -6,32 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_pairs import PRELOAD_N, THETA, pair
 
 from sstl_cli.core.errors import SstlError
-from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.movements import with_movements
 from sstl_cli.diagnosis.preload import preload_of
 from sstl_cli.diagnosis.records import prepare
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.scenario import Scenario, load
-from sstl_cli.physics.scenario_file import dump
 from sstl_cli.physics.transmission.active import activate
 from sstl_cli.physics.transmission.model import drive_of, predict
-from sstl_cli.steps import diagnose, simulate
-
-PRELOAD_N, THETA = 30.0, 0.3
-
-
-def pair(name="a", period=7.0, zero_n=0.0, size=1.0, unit="N", swing_n=10.0, seconds=40.0):
-    """Return a run of a pair that swings about no tension: what one tendon carries beyond the preload, written out."""
-    t = np.arange(0.0, seconds, 0.02)
-    u = swing_n * np.sin(2.0 * np.pi * t / period) * (0.6 + 0.4 * np.sin(2.0 * np.pi * t / seconds))
-    y, last = np.empty_like(u), PRELOAD_N
-    for k, x in enumerate(u + PRELOAD_N):
-        last = y[k] = min(max(last, np.exp(-THETA) * x), np.exp(THETA) * x)
-    noise = 0.02 * np.random.default_rng(int(10 * period)).standard_normal((2, len(t)))
-    seen = size * (u + noise[0]), size * (y - PRELOAD_N + noise[1] + zero_n)
-    return Run(name, "act", t, *seen, config_id="a", unit_out=unit)
 
 
 def test_a_pair_reads_what_its_tendon_carries_beyond_the_preload():
@@ -83,35 +67,6 @@ def test_a_scenario_in_which_a_tendon_would_push_is_refused(tmp_path, text, word
     (tmp_path / "pair.toml").write_text('schema = "sstl.scenario/1"\n' + text, "utf-8")
     with pytest.raises(SstlError, match=words):
         load(str(tmp_path / "pair.toml"))
-
-
-def options(**more):
-    return diagnose.DiagnoseOptions(effects=("zero_offset", "gain_error", "const_friction"), max_effects=1, physics=False, **more)
-
-
-def test_a_model_of_a_pair_comes_back_knows_its_record_and_says_what_has_changed(tmp_path):
-    found = diagnose.run([pair(), pair("b", 4.3)], options())
-    body = found.body
-    assert body.verdict.status == "none" and body.gap.rmse_retuned_n < 0.3
-    assert body.analysis.preload_n.keys() == {"act"} and any("goes below zero" in note for note in body.notes)
-    (tmp_path / "pair.toml").write_text(dump(found.model()), "utf-8")
-    model = load(str(tmp_path / "pair.toml"))
-    assert model.rig.preload_n == pytest.approx(body.analysis.preload_n)
-    lows = [float(r.tension_in_n.min()) for r in simulate.run(model, {}, 0)]
-    assert min(lows) == pytest.approx(-10.0, abs=0.7)
-    assert diagnose.run([pair(period=5.1)], options(sim=model)).body.verdict.status == "none"
-    later = diagnose.run([pair(period=5.1, zero_n=1.5), pair("b", 6.1, zero_n=1.5)], options(sim=model)).body
-    assert later.verdict.status == "identified" and list(later.verdict.effects) == ["zero_offset"]
-
-
-def test_the_next_experiment_of_a_pair_pulls_both_ways_within_its_preload():
-    log = [pair(), replace(pair("b", 4.3), tension_out_n=1.4 * pair("b", 4.3).tension_out_n)]
-    proposed = diagnose.run(
-        log, diagnose.DiagnoseOptions(effects=("viscous", "dwell_aging"), max_effects=1, physics=False)
-    ).body.next_experiment
-    assert proposed is not None
-    scenario = Scenario.model_validate(proposed.scenario)
-    assert scenario.rig.preload_n is not None and -scenario.rig.preload_n["act"] < min(t.low_n for t in scenario.trajectories) < 0.0
 
 
 @pytest.mark.parametrize(("unit_n", "low_n"), [(1.0, -9.99), (4.7, -46.9), (470.0, -1000.0)])
