@@ -49,7 +49,8 @@ def preload_of(runs: Sequence[Run], sim: Scenario | None) -> dict[str, float]:
 
 
 def _both_ways(low: float, high: float) -> bool:
-    return low < -BOTH_WAYS * high
+    # negative throughout is a sign, not a drive that goes both ways
+    return low < -BOTH_WAYS * high < 0.0
 
 
 def _range(runs: Sequence[Run]) -> tuple[float, float]:
@@ -65,7 +66,6 @@ def _likeliest(runs: Sequence[Run], low: float, high: float) -> float:
     """
     problem = representatives(prepare(runs))
     system, root = problem.systems[0], np.sqrt(np.concatenate([r.weight for r in problem.records]))
-
     first = _reading(problem) if any(r.unit_out != "N" for r in runs) else (1.0, 0.0)
 
     def preload(x: Array) -> float:

@@ -101,7 +101,7 @@ class Simulator:
 
     def read_as(self, gain: float, zero_n: float) -> None:
         """Let every record begin where its output reads what it does by a gain and a zero (N): NaN is midway between the lines of a model."""
-        self._starts = (np.array([s.output_n for r in self.problem.records for s in starts_of(r)]) - zero_n) / gain
+        self._starts = (np.array([s.output_n for r in self.problem.records for s in starts_of(r)]) - zero_n) / (gain or 1.0)
 
     def _each(self, signal: Array) -> list[Array]:
         """Return a signal record by record."""

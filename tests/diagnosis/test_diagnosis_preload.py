@@ -36,6 +36,7 @@ def test_what_only_pulls_has_none_and_a_zero_that_is_off_does_not_make_it_push()
     only = replace(pair(), tension_in_n=pair().tension_in_n + 12.0)
     assert preload_of([only], None) == {}
     assert preload_of([replace(only, tension_in_n=only.tension_in_n - 4.0)], None) == {}
+    assert preload_of([replace(only, tension_in_n=-only.tension_in_n)], None) == {}
     # nor one run of three, or samples that were not read
     assert preload_of([only, replace(only, run_id="b"), pair("c")], None) == {}
     assert preload_of([replace(only, tension_in_n=np.full(len(only), np.nan))], None) == {}
