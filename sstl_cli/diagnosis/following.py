@@ -171,7 +171,7 @@ def within(found: Search, trajectory: Trajectory, limits: Limits) -> tuple[Movem
     movements = []
     for system in problem.systems:
         mine = [r for r in problem.records if r.system == system]
-        slack = 0.0 - found.sim.mechanics.preload_n.get(system, 0.0)
+        slack = 0.0 - found.sim.mechanics.preload(system)
         low, most = recorded_n(problem, system, -slack)
         high = most if limits.tension_n is None else limits.tension_n / problem.unit_n
         fastest = max(float(np.quantile(np.abs(r.rate), REPEATABLE)) for r in mine)

@@ -31,7 +31,7 @@ def with_movements(scenario: Scenario, problem: Problem) -> Scenario:
     found: list[Trajectory] = []
     for usual in load("default").trajectories:
         for system in problem.systems:
-            low, high = _range_n(problem, system, scenario.rig.mechanics().preload_n.get(system, 0.0) / problem.unit_n)
+            low, high = _range_n(problem, system, scenario.rig.mechanics().preload(system) / problem.unit_n)
             # driven by position it would leave this range
             how = {"systems": (system,), "low_n": low, "high_n": high, "drive": "tension", **channels}
             found.append(usual.model_copy(update=how))

@@ -77,7 +77,7 @@ class Simulator:
         self.scatters = any(r.misfit_n is not None or r.wander is not None for r in p.records)
         self._samplings = [Sampling(r.system, r.dt_s, len(r.u), begin_n=r.start_n, begun_s=r.begun_s) for r in p.records]
         self._places = np.array([r.config for r in p.records for _ in starts_of(r)])
-        self._starts = np.array([s.output_n for r in p.records for s in starts_of(r)])
+        self.read_as(1.0, 0.0)
         self._begin = np.array([e + s.at for r, e in zip(p.records, self._fine_edges, strict=False) for s in starts_of(r)], np.int64)
         self._factors = np.array([r.factor for r in p.records])
         self._share = np.concatenate([r.share for r in p.records])

@@ -151,6 +151,10 @@ class Mechanics:
         """Return the factor on theta of a system."""
         return self.loop_friction if system == "sstl" else 1.0
 
+    def preload(self, system: str) -> float:
+        """Return by how much (N) the tendon of a system is stretched where it reads nothing, 0 where it only pulls."""
+        return self.preload_n.get(system, 0.0)
+
     @property
     def tendon_mm_per_n(self) -> float:
         """Compliance of one pass of tendon."""

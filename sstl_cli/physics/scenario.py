@@ -217,11 +217,11 @@ class Scenario(Model):
 
     def _pulled(self) -> None:
         """Raise ValueError where a tendon would have to push."""
-        preload_n = self.rig.mechanics().preload_n
-        if self.simulator != "transmission" and any(preload_n.values()):
+        mechanics = self.rig.mechanics()
+        if self.simulator != "transmission" and any(mechanics.preload_n.values()):
             raise ValueError('a preload_n is known to the fast model alone (simulator = "transmission")')
         for t in self.trajectories:
-            least = 0.0 - min((preload_n.get(system, 0.0) for system in t.systems), default=0.0)
+            least = 0.0 - min((mechanics.preload(system) for system in t.systems), default=0.0)
             if t.low_n is not None and t.low_n < least:
                 raise ValueError(
                     f"low_n of trajectory {t.name} is below {least:g} N, and a tendon cannot push; a preload_n in [rig] lowers that"

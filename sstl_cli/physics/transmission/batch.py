@@ -49,7 +49,7 @@ class Runs:
     @cached_property
     def preload_n(self) -> Array:
         """By how much (N) the tendon of each run is stretched where it reads nothing, shape (runs,)."""
-        return np.array([d.mechanics.preload_n.get(d.system, 0.0) for d in self.drives])
+        return np.array([d.mechanics.preload(d.system) for d in self.drives])
 
     def each(self, signal: Array) -> list[Array]:
         """Return a signal over all samples, run by run."""
