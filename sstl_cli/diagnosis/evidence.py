@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
-from sstl_cli.diagnosis.constants import LOG_RANGE, THETA_HIGH, THETA_LOW
+from sstl_cli.diagnosis.constants import LOG_RANGE, START_FACTORS, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.fit import Fit, held, normal_equations
 from sstl_cli.diagnosis.free import Free
+from sstl_cli.diagnosis.hypotheses import GAIN
 from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.physics.effect import NOMINAL_THETA
 
 Array = NDArray[np.float64]
 
@@ -134,11 +136,17 @@ def _moved_again(sim: Simulator, f: Fit, base: Fit, known: Array) -> float:
     """Return what it costs (nats, to second order) to have in every bend a line that moves and rubs, where the base has one.
 
     A theta that leaves its range has stopped the line or its friction: such a model explains by not propagating, as far as it needs
-    to. Where the bend had no friction when the rig was modelled, or the base is as still, it may.
+    to. Where the bend had no friction when the rig was modelled, or the base is as still, it may. Beside a gain the friction of the base is
+    what the wrong gain has made of it: the least of which fits begin is enough.
     """
     before = [base.theta] if sim.accepted is None else [sim.accepted, base.theta]
     still = np.flatnonzero(_out(f.theta) & ~np.any([_out(theta) for theta in before], axis=0))
-    return held(known, still, before[0][still] - f.theta[still])[0] if len(still) else 0.0
+    if not len(still):
+        return 0.0
+    rubs = before[0][still]
+    if sim.accepted is None and GAIN[0] in f.ids:
+        rubs = np.where(f.theta[still] <= THETA_LOW, np.minimum(rubs, min(START_FACTORS) * NOMINAL_THETA), rubs)
+    return held(known, still, rubs - f.theta[still])[0]
 
 
 def _out(theta: Array) -> NDArray[np.bool_]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +29,7 @@ from sstl_cli.diagnosis.constants import (
 )
 from sstl_cli.diagnosis.free import Bounds, Free, as_effects, bounds_of
 from sstl_cli.diagnosis.hypotheses import Hypothesis
-from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.simulator import Effects, Simulator
 from sstl_cli.diagnosis.whitening import Noise, Whitener, whitener
 from sstl_cli.physics.effect import TRANSITION
 
@@ -127,17 +128,19 @@ def _slopes(
     return columns
 
 
-def first_theta(sim: Simulator, nominal: Array) -> Array:
+def first_theta(sim: Simulator, nominal: Array, effects: Effects = MappingProxyType({})) -> Array:
     """Return for each configuration the start of theta that explains most: a fit that starts in an endless hold stays there.
 
     Parameters
     ----------
     nominal : ndarray, shape (configurations,)
+    effects : mapping, optional
+        What the model has beside theta.
     """
     tries = [np.clip(nominal * f, THETA_LOW, THETA_HIGH) for f in START_FACTORS]
     errors = []
     for theta in tries:
-        r2 = sim.weight * (sim.y - sim.predict(theta, {})) ** 2
+        r2 = sim.weight * (sim.y - sim.predict(theta, effects)) ** 2
         errors.append(np.bincount(sim.config, r2, len(nominal)))
     best = np.argmin(np.array(errors), axis=0)
     first: Array = np.array(tries)[best, np.arange(len(nominal))]

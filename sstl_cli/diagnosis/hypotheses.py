@@ -12,6 +12,9 @@ from sstl_cli.physics.effects import get
 # effects that differ only in how fast they are, or in when a jump comes: what cannot be told apart stands as one class
 FAMILIES = {"lag": ("channel_delay", "channel_lowpass"), "stick-slip": ("dwell_aging", "stick_slip", "stribeck")}
 
+# linear in what is read, whatever theta
+GAIN = ("gain_error",)
+
 
 @dataclass(frozen=True)
 class Hypothesis:

@@ -27,15 +27,16 @@ from sstl_cli.diagnosis.constants import (
     SHORT_ITERATIONS,
 )
 from sstl_cli.diagnosis.evidence import Weighed, weigh
-from sstl_cli.diagnosis.fit import Fit, fit, held, normal_equations, settle
+from sstl_cli.diagnosis.fit import Fit, first_theta, fit, held, normal_equations, settle
 from sstl_cli.diagnosis.found import NOTHING, Search, deepest, each
-from sstl_cli.diagnosis.hypotheses import Hypothesis, at_known_load, by_usual_law, of_other_laws
+from sstl_cli.diagnosis.free import as_effects
+from sstl_cli.diagnosis.hypotheses import GAIN, Hypothesis, at_known_load, by_usual_law, of_other_laws
 from sstl_cli.diagnosis.louder import unalike
 from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Simulator
-from sstl_cli.diagnosis.starts import grid, screen, speeds, starting, widths
+from sstl_cli.diagnosis.starts import by_gain, grid, screen, speeds, starting, widths
 from sstl_cli.diagnosis.whitening import Whitener, white
-from sstl_cli.physics.effect import TRANSITION
+from sstl_cli.physics.effect import NOMINAL_THETA, TRANSITION
 from sstl_cli.physics.effects import get
 
 Array = NDArray[np.float64]
@@ -108,7 +109,7 @@ def _begun(
         noise = noise_of.white_only(measured)
     else:
         rich = [
-            fit(sim, plain, f.hypothesis, _spread(first.theta, chosen, f.theta), f.values, SHORT_ITERATIONS, careful=True)
+            fit(sim, plain, f.hypothesis, _everywhere(sim, first.theta, chosen, f), f.values, SHORT_ITERATIONS, careful=True)
             for f in _effects_first(rough)[: 2 * LEADERS]
         ]
         # a few runs are a poor judge of which explains most, and what no leader explains the noise would have to take up
@@ -134,7 +135,10 @@ def _rough(
     def coarse(place: int) -> Fit:
         gain, h, start = promises[place]
         near = place < LEADERS or gain > PROMISING * promises[0][0]
-        done = fit(small, plain, h, base.theta, start, COARSE_ITERATIONS if near else SHORT_ITERATIONS, careful=True)
+        begins = [x for x in ((base.theta, start), by_gain(small, h)) if x is not None]
+        done = min(
+            (fit(small, plain, h, *x, COARSE_ITERATIONS if near else SHORT_ITERATIONS, careful=True) for x in begins), key=lambda f: f.cost
+        )
         advance(FITTED / max(len(starts), 1))
         return done
 
@@ -158,7 +162,7 @@ def _first_round(found: Search, rough: Sequence[Fit], chosen: Sequence[int], wor
     sim, noise, base = found.sim, found.noise, found.base
 
     def begun(f: Fit) -> Fit:
-        start = fit(sim, base.whiten, f.hypothesis, _spread(base.theta, chosen, f.theta), f.values, 0)
+        start = fit(sim, base.whiten, f.hypothesis, _everywhere(sim, base.theta, chosen, f), f.values, 0)
         wide = [fit(sim, base.whiten, f.hypothesis, base.theta, v, SHORT_ITERATIONS) for v in widths(sim, noise, f)]
         start = min((start, *wide), key=lambda f: f.cost)
         jumps = [fit(sim, base.whiten, f.hypothesis, base.theta, v, 0) for v in speeds(f)] if sim.rests else []
@@ -190,6 +194,16 @@ def _spread(theta: Array, chosen: Sequence[int], own: Array) -> Array:
     out = theta.copy()
     out[list(chosen)] = own
     return out
+
+
+def _everywhere(sim: Simulator, theta: Array, chosen: Sequence[int], f: Fit) -> Array:
+    """Return theta of all configurations beside a fit of a few: as it is without the fit, or as it goes with its gain where that leaves less."""
+    without = _spread(theta, chosen, f.theta)
+    if f.ids != GAIN:
+        return without
+    effects = as_effects(f.free, f.values)
+    with_gain = _spread(first_theta(sim, np.full(len(theta), NOMINAL_THETA), effects), chosen, f.theta)
+    return min((without, with_gain), key=lambda t: float(np.sum(sim.weight * (sim.y - sim.predict(t, effects)) ** 2)))
 
 
 def _weighed(found: Search, begun: Sequence[Fit], least: float) -> tuple[Weighed, ...]:

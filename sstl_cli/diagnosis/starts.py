@@ -8,13 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis.constants import DECADES, FACTORS, SHAPE_GRID, STRENGTHS, WIDTHS
-from sstl_cli.diagnosis.fit import Fit, normal_equations, partial
+from sstl_cli.diagnosis.constants import DECADES, FACTORS, SHAPE_GRID, START_FACTORS, STRENGTHS, WIDTHS
+from sstl_cli.diagnosis.fit import Fit, first_theta, normal_equations, partial
 from sstl_cli.diagnosis.free import Free, as_effects
-from sstl_cli.diagnosis.hypotheses import Hypothesis, full, laws, variants
+from sstl_cli.diagnosis.hypotheses import GAIN, Hypothesis, full, laws, variants
 from sstl_cli.diagnosis.simulator import Simulator
 from sstl_cli.diagnosis.whitening import Noise
-from sstl_cli.physics.effect import INSTRUMENT, TRANSITION
+from sstl_cli.physics.effect import INSTRUMENT, NOMINAL_THETA, TRANSITION
 from sstl_cli.physics.effects import get
 
 Array = NDArray[np.float64]
@@ -79,6 +79,27 @@ def speeds(f: Fit) -> list[Array]:
             begin[at] += [offset * f.free[i].width for i in at]
             tried.append(begin)
     return tried
+
+
+def by_gain(sim: Simulator, h: Hypothesis) -> tuple[Array, Array] | None:
+    """Return theta (shape (configurations,)) and gains from which what is read is nearest to what is predicted, None for other effects.
+
+    A gain is linear: it is read off at each theta that is tried. Beside a wrong one the base ends where its friction hides it, and from there
+    the right theta is not found.
+    """
+    if h.ids != GAIN:
+        return None
+    nominal = np.full(len(sim.problem.configs), NOMINAL_THETA)
+    own = [np.array([r.system == f.parameter.system for r in sim.problem.records])[sim.run] * sim.weight for f in h.free]
+    tried = []
+    for factor in START_FACTORS:
+        p = sim.predict(factor * nominal, {})
+        gains = np.array([float(np.sum(w * p * sim.y)) / max(float(np.sum(w * p * p)), np.finfo(float).tiny) for w in own])
+        gains = np.clip(gains, [f.parameter.least for f in h.free], [f.parameter.most for f in h.free])
+        left = sim.y - p + sum((w > 0.0) * (1.0 - g) * p for w, g in zip(own, gains, strict=True))
+        tried.append((float(np.sum(sim.weight * left**2)), gains))
+    gains = min(tried, key=lambda x: x[0])[1]
+    return first_theta(sim, nominal, as_effects(h.free, gains)), gains
 
 
 def screen(sim: Simulator, around: Fit, h: Hypothesis) -> tuple[float, Array]:

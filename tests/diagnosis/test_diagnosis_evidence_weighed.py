@@ -12,7 +12,7 @@ from sstl_cli.diagnosis.constants import LOG_RANGE, THETA_HIGH, THETA_LOW
 from sstl_cli.diagnosis.evidence import Weighed, information, likeness_charge, shape_charge, standard_errors, strengths_charge, weigh
 from sstl_cli.diagnosis.free import Free
 from sstl_cli.diagnosis.hypotheses import full, variants
-from sstl_cli.physics.effect import Parameter
+from sstl_cli.physics.effect import NOMINAL_THETA, Parameter
 from sstl_cli.physics.effects import get
 
 SIM = simulator()
@@ -105,6 +105,22 @@ def test_a_friction_that_is_as_good_as_none_counts_for_what_its_absence_explains
     known = information(some, ONE)
     alone = known[0, 0] - known[0, 1:] @ np.linalg.solve(known[1:, 1:], known[1:, 0])
     assert w.evidence == pytest.approx(40.0 - charge - 0.5 * alone * off**2) and 0.0 < 40.0 - charge - w.evidence < 10.0
+
+
+def test_beside_a_wrong_gain_the_friction_of_the_base_is_no_measure():
+    """Without friction a gain is charged for the least of which fits begin; another effect, and a gain beside an accepted model, for the base's."""
+    known = at(ONE, [THETA_LOW, 0.6])
+    a = information(SIM, known)
+    alone = a[0, 0] - a[0, 1:] @ np.linalg.solve(a[1:, 1:], a[1:, 0])
+    least = 0.5 * alone * (0.03 * NOMINAL_THETA - THETA_LOW) ** 2
+    gain = 2.0 * least + 100.0
+    w = weigh(SIM, known, over(known, gain))
+    assert w.evidence == pytest.approx(gain - strengths_charge(1, 2.0 * gain) - least)
+    rubbing = at(made(noise(), FRICTION, (0.1,)), [THETA_LOW, 0.6])
+    assert weigh(SIM, rubbing, over(rubbing, gain)).evidence == 0.0
+    # a line that has stopped does not propagate, whatever the gain
+    assert weigh(SIM, at(ONE, [0.5, THETA_HIGH]), over(ONE, 40.0)).evidence == 0.0
+    assert weigh(replace(SIM, accepted=THETA), known, over(known, 40.0)).evidence == 0.0
 
 
 def test_where_the_base_is_as_still_nobody_explains_by_standing_still():

@@ -54,6 +54,7 @@ def test_unwhitened_fits_follow_the_promising_ones_further_and_are_told_the_best
     monkeypatch.setattr(of, "_plain", lambda sim, scale: scale)
     monkeypatch.setattr(of, "fit", fit)
     monkeypatch.setattr(of, "screen", lambda sim, base, h: (gains[h], np.zeros(1)))
+    monkeypatch.setattr(of, "by_gain", lambda sim, h: None)
     found, theta = of._rough("small", list(gains), np.zeros(2), 0.5, shares.append, 1)
     assert fits[0] == ("base", 4, True) and theta.tolist() == [1.0, 1.0]
     # four lead, and whoever promises more than three tenths of the best

@@ -12,7 +12,7 @@ from made_fits import NOISE_N, THETA, gained, made, named, noise, simulator, the
 from sstl_cli.diagnosis import starts as of
 from sstl_cli.diagnosis.constants import SHAPE_GRID, STRENGTHS, WIDTHS
 from sstl_cli.diagnosis.hypotheses import full, variants
-from sstl_cli.diagnosis.starts import grid, screen, speeds, widths
+from sstl_cli.diagnosis.starts import by_gain, grid, screen, speeds, widths
 from sstl_cli.diagnosis.whitening import Noise, Sensor
 from sstl_cli.physics.effect import TRANSITION
 
@@ -116,3 +116,16 @@ def test_a_mean_over_jumps_begins_a_little_off_nothing_at_each_speed():
     spans = [0.1 * 100.0**g for g in SHAPE_GRID]
     assert [v.tolist() for v in speeds(mean)] == [pytest.approx([1.0 + 0.5 * s, v]) for v, s in itertools.product(spans, STRENGTHS)]
     assert speeds(made(0.0, FRICTION, (0.1,))) == []
+
+
+def test_a_gain_is_read_off_at_each_theta_and_theta_goes_with_it():
+    """A sensor of an eighth of its gain on bends that hardly rub: a base puts that down to friction."""
+    truth = np.array([0.6, 0.03]) * 0.53
+    sim = replace(SIM)
+    sim.y = 0.12 * SIM.predict(truth, {})
+    theta, gains = by_gain(sim, GAIN)
+    assert gains == pytest.approx([0.12], rel=0.2) and theta == pytest.approx(truth)
+    # nor is it taken for more than a gain can be
+    sim.y = 1e3 * SIM.predict(truth, {})
+    assert by_gain(sim, GAIN)[1].tolist() == [GAIN.free[0].parameter.most]
+    assert by_gain(sim, ZERO) is None
