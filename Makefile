@@ -57,7 +57,6 @@ lint: $(STAMP) ## ruff, mypy, import-linter, and what no line uses
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/mypy --config-file tools/mypy.ini
 	$(BIN)/lint-imports
 	$(BIN)/python tools/dead_code.py
 
