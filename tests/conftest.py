@@ -15,6 +15,9 @@ from hypothesis import HealthCheck, settings
 # as long; numpy and scipy ask for it when they are loaded, here and in the processes that tests start
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# jsonschema would have it build grammars of addresses for seconds in each worker; no schema asks for that format
+sys.modules.setdefault("rfc3987_syntax", None)  # type: ignore[arg-type]
+
 # a shell that starts the suite in the background has its children ignore Ctrl-C, and nohup a terminal that closes: what some
 # tests are about
 for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
