@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 from matplotlib.figure import Figure
 from program import inside
+from short_sample import SAMPLE, short, write
 
 import sstl_cli as sstl
 from sstl_cli.core.documents.diagnosis import NextExperiment, Verdict
@@ -22,7 +23,6 @@ from sstl_cli.reporting import drawing
 from sstl_cli.reporting.load import load
 from sstl_cli.steps.plot import run as choose
 
-SAMPLE = Path(__file__).parents[2] / "data/samples/log.parquet"
 ONE = ("--methods", "DI", "--cycles", 1, "--config-id", "CP-020")
 SAME = {"methods": ["DI"], "cycles": 1, "config_id": "CP-020"}
 
@@ -46,7 +46,7 @@ def theta() -> pd.DataFrame:
 
 @pytest.fixture(scope="module")
 def named() -> sstl.Diagnosis:
-    return sstl.diagnose(sstl.read(SAMPLE), effects=["pulley_friction"], max_effects=1)
+    return sstl.diagnose(short(), effects=["pulley_friction"], max_effects=1)
 
 
 def told(*words: object) -> dict:
@@ -178,10 +178,10 @@ def test_a_plan_and_the_stages_are_those_of_the_program(folder: Path, theta: pd.
 
 @pytest.mark.slow
 def test_what_a_diagnosis_is_asked_beside_the_log(folder: Path) -> None:
-    log = sstl.read(SAMPLE)
+    log = sstl.read(write(folder / "brief.parquet"))
     (folder / "prior.toml").write_text("const_friction = 50.0\n")
     few = ("--effects", "pulley_friction,const_friction", "--max-effects", 1)
-    words = ("diagnose", SAMPLE, *few, "--prior", folder / "prior.toml", "--max-tension", 12, "--max-rate", 4)
+    words = ("diagnose", folder / "brief.parquet", *few, "--prior", folder / "prior.toml", "--max-tension", 12, "--max-rate", 4)
     document = told(*words, "--save-sim", folder / "program.toml")
     asked = {"effects": ["pulley_friction", "const_friction"], "max_effects": 1}
     found = sstl.diagnose(log, **asked, prior={"const_friction": 50.0}, max_tension_n=12.0, max_rate_n_per_s=4.0)
@@ -210,7 +210,7 @@ def test_of_many_runs_that_are_too_short_a_diagnosis_looks_at_as_many_as_the_pro
 
 
 def test_nothing_has_changed_since_a_log_of_the_same_rig(named: sstl.Diagnosis) -> None:
-    log = sstl.read(SAMPLE)
+    log = short()
     found = sstl.diagnose(log, before=log, effects=["pulley_friction"], max_effects=1)
     # what the rig had before is no change
     assert found.verdict.status == "none" and named.verdict.effects == ["pulley_friction"]

@@ -15,6 +15,7 @@ import jsonschema
 import numpy as np
 import pytest
 from program import inside
+from short_sample import SAMPLE, write
 from told import checked, closed
 
 from sstl_cli.cli import app as program
@@ -34,7 +35,6 @@ from sstl_cli.paper.tendons import Together
 from sstl_cli.steps.watch_name import Naming
 
 ROOT = Path(__file__).parents[2]
-SAMPLE = ROOT / "data/samples/log.parquet"
 # written to files of their own, not printed
 FILES = {
     "sstl.blind.hashes/1", "sstl.blind.plan/1", "sstl.blind.truth/1", "sstl.blind.result/1", "sstl.scenario/1",
@@ -83,7 +83,7 @@ ELSEWHERE = {"blind.run", "blind.score", "blind.limit", "blind.library", "blind.
 def printed(tmp_path_factory: pytest.TempPathFactory) -> dict[int, list[dict]]:
     """What every call of CALLS printed."""
     folder = tmp_path_factory.mktemp("documents")
-    shutil.copy(SAMPLE, folder / "log.parquet")
+    write(folder / "log.parquet")
     return {i: _documents(_call(folder, *words, "--json")[1]) for i, (words, _) in enumerate(CALLS)}
 
 
@@ -246,29 +246,29 @@ def test_a_full_disk_behind_the_output_is_one_line(words) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no such device here")
-def test_narration_that_cannot_be_written_ends_nothing(tmp_path: Path) -> None:
+def test_narration_that_cannot_be_written_ends_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "p.json").write_text(json.dumps(parameters.document({"A": Theta(0.6, 0.1, 1.6, 0.1)}, Options(), "DI").plain()))
     rows = [f"r,act,{0.01 * k:.2f},{5 - 4 * np.cos(0.02 * k):.4f},{3 - 2 * np.cos(0.02 * k - 0.1):.4f}" for k in range(1200)]
     (tmp_path / "l.csv").write_text("\n".join(["run_id,system,time_s,tension_in_n,tension_out_n", *rows, "r,act,12,inf,1"]) + "\n")
+    (tmp_path / "input.csv").write_text("1.0,0.6\n")
     # unless Python is told not to, it keeps what could not be written and tries again at its end
     kept = {k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"}
     calls = [(["compensate", "--theta", "p.json", "--stream"], 0), (["watch", "l.csv", "--once", "--json"], 3), (["segment", "--nope"], 2)]
     for words, code in calls:
-        made = []
-        for errors in ("/dev/null", "/dev/full"):
-            with open(errors, "w") as err:
-                made.append(
-                    subprocess.run(
-                        [sys.executable, "-m", "sstl_cli", *words],
-                        input="1.0,0.6\n",
-                        stdout=subprocess.PIPE,
-                        stderr=err,
-                        text=True,
-                        cwd=tmp_path,
-                        env=kept,
-                    )
-                )
-        assert [m.returncode for m in made] == [code, code] and made[0].stdout == made[1].stdout, words
+        with open(tmp_path / "input.csv") as stdin:
+            monkeypatch.setattr(sys, "stdin", stdin)
+            told = inside(*words, cwd=tmp_path)
+        with open("/dev/full", "w") as err:
+            made = subprocess.run(
+                [sys.executable, "-m", "sstl_cli", *words],
+                input="1.0,0.6\n",
+                stdout=subprocess.PIPE,
+                stderr=err,
+                text=True,
+                cwd=tmp_path,
+                env=kept,
+            )
+        assert made.returncode == told.returncode == code and made.stdout == told.stdout and told.stderr, words
 
 
 def test_closed_streams_do_no_harm() -> None:

@@ -15,6 +15,7 @@ import pyarrow.parquet as pq
 import pytest
 import typer
 from cli_calls import run_here, sstl
+from short_sample import write
 
 from sstl_cli.cli import app as program
 from sstl_cli.cli.render import Screen
@@ -252,7 +253,7 @@ def test_a_recording_that_is_not_proposed_is_told(tmp_path, monkeypatch, capsys)
     monkeypatch.chdir(tmp_path)
     Path("next.toml").write_text("old")
     few = ("--effects", "pulley_friction", "--max-effects", "1", "--next-out", "next.toml", "--force")
-    assert run_here(monkeypatch, "diagnose", SAMPLE, *few) == 0
+    assert run_here(monkeypatch, "diagnose", write(tmp_path / "log.parquet"), *few) == 0
     said = " ".join(capsys.readouterr().err.split())
     assert "no recording is proposed" in said and "next.toml was not written, and the file there is from before" in said
 
@@ -264,9 +265,9 @@ def test_an_existing_output_needs_force(tmp_path, monkeypatch, capsys) -> None:
     assert "--force" in capsys.readouterr().err and out.read_text() == "old"
 
 
-def test_a_missed_gate_is_4(monkeypatch, capsys) -> None:
+def test_a_missed_gate_is_4(tmp_path, monkeypatch, capsys) -> None:
     few = ("--effects", "pulley_friction", "--max-effects", "1")
-    assert run_here(monkeypatch, "diagnose", SAMPLE, "--expect", "none", *few) == 4
+    assert run_here(monkeypatch, "diagnose", write(tmp_path / "log.parquet"), "--expect", "none", *few) == 4
     assert "gate missed: --expect: expected none" in capsys.readouterr().err
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+from short_sample import write
 
 from sstl_cli.cli._batch_worker import call_program
 from sstl_cli.core.provenance import inputs_of
@@ -74,12 +75,13 @@ def test_a_path_in_the_environment_gives_the_same_bytes_anywhere(folder: Path) -
 
 
 def test_a_diagnosis_names_its_simulator_and_its_configuration(folder: Path) -> None:
+    write(folder / "brief.parquet")
     (folder / "rig.toml").write_text('schema = "sstl.scenario/1"\n')
     (folder / "mine.toml").write_text("max_effects = 1\n")
-    words = ("diagnose", "log.parquet", "--sim", "rig.toml", "--config", "mine.toml", "--json")
+    words = ("diagnose", "brief.parquet", "--sim", "rig.toml", "--config", "mine.toml", "--json")
     code, out, _ = run(*words, SSTL_DIAGNOSE_EFFECTS="const_friction")
     document = json.loads(out)
-    assert code == 0 and set(document["inputs"]) == {"log.parquet", "rig.toml", "mine.toml"}
+    assert code == 0 and set(document["inputs"]) == {"brief.parquet", "rig.toml", "mine.toml"}
     assert document["inputs"]["rig.toml"] == digest(folder / "rig.toml")
     assert document["environment"] == {"SSTL_DIAGNOSE_EFFECTS": "const_friction"}
 
