@@ -32,6 +32,14 @@ def pytest_collection_finish() -> None:
     gc.set_threshold(50_000, 20, 50)
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Of a test marked ``each_once``, leave to the slow suite what asks a pair of values of which each is asked already."""
+    from tests import soon
+
+    soon.thin(items)
+
+
 # how fast a busy machine draws inputs is no fault of what is tested
 settings.register_profile("suite", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("suite")

@@ -41,6 +41,7 @@ def test_a_straight_line_is_averaged_over_far_and_a_corner_is_not_rounded():
     assert abs(found.value.max() - SIGNALS["triangle"].max()) < 2.0 * sd
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("sd", [0.005, 0.03])
 @pytest.mark.parametrize("late", [0.0, 0.4])
 def test_a_corner_is_whole_wherever_between_samples_it_is(sd, late):

@@ -34,6 +34,7 @@ def test_a_sound_log_is_passed_over():
     assert gate.remarks(rig()) == ()
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("zero", [-8.0, -3.0])
 @pytest.mark.parametrize("channel", ["tension_in_n", "tension_out_n"])
 def test_a_zero_that_one_run_holds_is_told_with_its_size(zero, channel):

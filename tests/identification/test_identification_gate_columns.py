@@ -40,6 +40,7 @@ def each(change, runs):
     return [change(r) for r in runs]
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("top", asked((3.0, 24.0, 120.0), 24.0))
 @pytest.mark.parametrize(
     ("a", "b"), [("tension_in_n", "tension_ref_n"), ("tension_ref_n", "tension_out_n"), ("position_in_mm", "tension_in_n"), ("position_in_mm", "tension_ref_n")]
@@ -102,6 +103,7 @@ def test_a_softer_rig_beside_others_has_no_other_unit():
     assert gate.remarks(halves) == ()
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("shape", [0.4, 1.0, 2.0, 3.7])
 @pytest.mark.parametrize("rate", [50.0, 200.0])
 def test_a_harmonic_of_the_movement_is_no_hum_where_the_output_does_not_follow(shape, rate):

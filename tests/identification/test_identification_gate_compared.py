@@ -50,6 +50,7 @@ def test_runs_that_go_to_the_level_at_which_others_are_cut_off_are_cut_off_too_a
     assert set(said[0].run_ids) == {r.run_id for r in cut if r.tension_out_n.max() == 10.0}
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("channel", ["tension_in_n", "tension_out_n"])
 @pytest.mark.parametrize(("gain", "zero"), [(2.0, 0.0), (0.5, 0.0), (1.0, 5.0), (1.0, -5.0)])
 def test_what_changes_midway_is_named_with_its_channel_size_and_time(channel, gain, zero):

@@ -40,6 +40,7 @@ def test_a_command_a_few_samples_ahead_is_told(movement):
     assert gate.sensors_of(command)[0].computed and not gate.sensors_of(sensed)[0].computed
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("movement", MOVEMENTS)
 @pytest.mark.parametrize("step", [0.05, 0.0977])
 def test_a_coarse_converter_is_no_command(movement, step):

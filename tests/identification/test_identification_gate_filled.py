@@ -19,6 +19,7 @@ def filled(r: Run, a: float, b: float) -> Run:
     return replace(r, tension_in_n=x, tension_out_n=y)
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("top", asked((3.0, 24.0, 120.0), 24.0))
 @pytest.mark.parametrize("noise", [2e-4, 2e-3])
 @pytest.mark.parametrize(("at", "length"), [(7.0, 1.0), (22.5, 3.0), (10.0, 8.0)])
@@ -41,6 +42,7 @@ def test_a_jittering_clock_does_not_hide_it_and_a_simulation_without_noise_is_no
     assert "filled" not in {s.rule for s in gate.remarks([Run("s", "act", t, ramps, 0.6 * ramps)])}
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("stride", [12, 25, 60])
 @pytest.mark.parametrize("channel", ["tension_in_n", "tension_out_n"])
 def test_a_channel_renewed_far_more_slowly_than_the_log_is_told_calmly(stride, channel):

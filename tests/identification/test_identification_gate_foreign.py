@@ -31,8 +31,9 @@ def rules(runs):
     return [r.rule for r in gate.remarks(runs)]
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("share", [0.01, 0.1, 1.0])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", asked(range(3), 0, 2))
 def test_an_input_that_is_but_noise_moves_no_output(seed, share):
     r = moving(seed, movement=seed)
     x = np.random.default_rng(seed).standard_normal(N) * share * np.std(r.tension_in_n) + np.mean(r.tension_in_n)
@@ -50,7 +51,7 @@ def test_an_input_that_is_but_noise_is_no_fault_of_its_reference():
     assert "reference" not in rules([replace(runs[0], tension_in_n=still), *runs[1:]])
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", asked(range(4), 0, 3))
 def test_an_input_of_another_movement_explains_no_output(seed):
     a, b = moving(seed, movement=seed), moving(9, movement=seed + 20)
     (said,) = gate.remarks([replace(a, tension_in_n=b.tension_in_n)])
@@ -81,6 +82,7 @@ def seamless(first, second):
     return k, replace(first, tension_out_n=np.concatenate((first.tension_out_n[:k], second.tension_out_n[k:])))
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("movement", asked((0, 1, 3, 4), 0, 3))
 @pytest.mark.parametrize("wraps", [(0.4, 0.55), (0.8, 0.6)])
 def test_two_bends_joined_where_both_read_the_same_are_told_with_time_and_friction(movement, wraps):
@@ -102,7 +104,8 @@ def test_friction_that_fades_over_a_path_without_end_is_not_asked_for_another_be
     assert parted_of(points, 0.02, causes.least_n(float(T[-1])), fits) is not None
 
 
-@pytest.mark.parametrize("movement", range(5))
+@pytest.mark.each_once
+@pytest.mark.parametrize("movement", asked(range(5), 0, 3))
 @pytest.mark.parametrize("over_s", asked((3.0, 10.0, 30.0), 10.0))
 def test_friction_that_runs_in_is_no_second_recording(movement, over_s):
     r = moving(0, movement=movement)
@@ -113,6 +116,7 @@ def test_friction_that_runs_in_is_no_second_recording(movement, over_s):
     assert "joined" not in rules([replace(r, tension_out_n=y)])
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("top", [0.5, 25.0, 400.0])
 @pytest.mark.parametrize("share", [0.05, -0.05])
 @pytest.mark.parametrize("channel", ["tension_in_n", "tension_out_n"])
@@ -128,6 +132,7 @@ def test_a_sensor_tared_anew_before_one_run_is_told_at_any_size(top, share, chan
         assert channel in said[0].mend and said[0].number == pytest.approx(by, rel=0.2)
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("top", [0.5, 25.0, 400.0])
 @pytest.mark.parametrize("zero", [0.0, 0.05])
 def test_an_output_tared_anew_midway_is_told_beside_a_zero_that_is_off(top, zero):

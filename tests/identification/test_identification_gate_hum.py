@@ -23,6 +23,7 @@ def rules(*runs):
     return [r.rule for r in gate.remarks(runs)]
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("sizes", [(0.9, 0.0), (0.0, 0.9), (0.8, 0.9)])
 @pytest.mark.parametrize("hz", [49.98, 50.03])
 def test_hum_at_half_the_sampling_rate_is_no_second_recording(sizes, hz):

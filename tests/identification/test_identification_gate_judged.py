@@ -40,6 +40,7 @@ def drifting(run, rate):
     return cut(replace(run, tension_out_n=np.interp(at, run.time_s, run.tension_out_n)), at <= run.time_s[-1])
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("kind", ["trapezoid", "multisine"])
 @pytest.mark.parametrize(("by_s", "severity"), [(-2.0, "failure"), (1.5, "remark")])
 def test_a_clock_that_is_off_by_seconds_is_told(kind, by_s, severity):

@@ -23,6 +23,7 @@ def held(run, name, over):
     return replace(run, **{name: np.round(v[np.arange(len(run)) // over * over] / 0.05) * 0.05})
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("at", [1500, 1501])
 @pytest.mark.parametrize("channel", [0, 1])
 def test_a_zero_that_jumps_within_a_mean_of_samples_is_told(at, channel):

@@ -47,6 +47,7 @@ def recorded(name, t, x, y, seed):
 MOVES = [swept(), wandering(1), wandering(4, rate=200.0, low=5.0, high=80.0), swept(rate=250.0, low=0.3, high=2.0, fast=0.8)]
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("move", range(len(MOVES)))
 @pytest.mark.parametrize("size", asked((0.25, 0.32, 0.5), 0.32))
 def test_a_late_output_is_late_and_not_slow(move, size):
@@ -59,6 +60,7 @@ def test_a_late_output_is_late_and_not_slow(move, size):
     assert said.rule == "lead" and said.number == pytest.approx(size, abs=0.02) and len(said.run_ids) == 2
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("move", range(len(MOVES)))
 @pytest.mark.parametrize("size", [0.25, 0.4, 0.9])
 def test_a_filtered_output_is_slow_with_its_time_constant(move, size):

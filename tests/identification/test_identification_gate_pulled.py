@@ -38,6 +38,7 @@ def said(runs: list[Run]) -> list[tuple[str, tuple[str, ...]]]:
     return [(r.rule, r.run_ids) for r in gate.remarks(runs)]
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("gain", [1.0, 0.9, 1.12])
 @pytest.mark.parametrize(("which", "label"), [("act-b050-0", "b020"), ("sstl-b020-1", "b050")])
 def test_one_label_among_runs_that_are_only_pulled_is_told(which, label, gain):
@@ -72,6 +73,7 @@ def test_a_position_beside_runs_that_are_only_pulled_is_not_taken_for_their_outp
     assert "columns" not in {r.rule for r in gate.judge(evidence)}
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("gain", [1.0, 0.95, 1.05])
 @pytest.mark.parametrize(("which", "label"), [("act-b050-0", "b020"), ("sstl-b020-0", "b080")])
 def test_one_label_is_told_where_every_bend_is_pulled_once_in_both_systems(which, label, gain):

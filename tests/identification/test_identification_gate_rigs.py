@@ -58,6 +58,7 @@ def test_a_run_that_goes_on_as_another_is_joined_and_the_other_is_left_alone(hol
     assert said and said[0].rule == "joined" and said[0].run_ids == ("r0",)
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("hold", [1, 8])
 @pytest.mark.parametrize("step", [0.0, 0.5])
 def test_a_dead_sensor_that_comes_back_jumps_and_one_that_rests_does_not(hold, step):

@@ -46,6 +46,7 @@ def said(runs: list[Run]) -> list[tuple[tuple[str, ...], str]]:
     return [(r.run_ids, r.sentence) for r in remarks(runs) if r.rule == "rate"]
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("how", [{"held": 4}, {"lag_s": 0.05}])
 @pytest.mark.parametrize("k", [2, 3])
 def test_rows_left_out_are_told_where_a_sensor_or_a_drive_keeps_time(how: dict[str, float], k: int) -> None:
@@ -100,6 +101,7 @@ def test_rows_left_out_are_seen_by_the_loop_however_often_each_run_goes_round(la
     assert ["probably holds every second row" in sentence for _, sentence in found] == ([True] if lag_s else [])
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("by", ["tension_in_n", "tension_out_n"])
 @pytest.mark.parametrize("wrap", [0.4, 1.2])
 def test_rows_sorted_by_a_tension_are_told_though_the_other_one_mostly_rests(by: str, wrap: float) -> None:

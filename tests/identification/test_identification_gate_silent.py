@@ -53,6 +53,7 @@ def stopped(run, first, last):
     return replace(run, tension_in_n=x)
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("noises", asked((0.5, 1.0, 2.0), 1.0))
 @pytest.mark.parametrize(("first", "last"), [(0.4, 0.8), (0.3, 1.0), (0.0, 1.0)])
 @pytest.mark.parametrize("movement", [swings, stairs])
@@ -62,6 +63,7 @@ def test_an_input_without_its_noise_while_the_output_moves_is_stuck(noises, firs
     assert {(r.rule, r.run_ids) for r in said} == {("stuck", ("act-b0",))}
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("noises", [1.0, 2.0, 3.0, 8.0])
 @pytest.mark.parametrize("movement", [swings, stairs])
 def test_an_input_that_is_held_behind_coarse_levels_is_live(noises, movement):

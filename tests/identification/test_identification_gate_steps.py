@@ -33,6 +33,7 @@ def spikes(v):
     return sum(f.count for f in samples.findings(piece) if f.what == "spikes" and f.column == "tension_in_n")
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("kind", ["triangle", "waves"])
 @pytest.mark.parametrize("top", asked((4.0, 25.0, 90.0), 25.0))
 @pytest.mark.parametrize("channel", ["tension_in_n", "tension_out_n"])
@@ -49,6 +50,7 @@ def test_a_zero_that_jumps_is_told_with_its_channel_size_and_time_at_any_size(ki
     assert said.number == pytest.approx(jump, rel=0.15)
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("seed", asked(range(4), 0, 1))
 @pytest.mark.parametrize("wrap", [0.25, 0.7])
 def test_friction_that_changes_midway_is_no_other_zero(seed, wrap):
@@ -59,7 +61,8 @@ def test_friction_that_changes_midway_is_no_other_zero(seed, wrap):
     assert not {r.rule for r in gate.remarks([replace(a, tension_out_n=y)])} & {"zero_change"}
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.each_once
+@pytest.mark.parametrize("seed", asked(range(6), 0, 3))
 @pytest.mark.parametrize("slope", [-0.2, 0.0, 0.2])
 def test_a_step_a_wrap_a_corner_and_an_end_amid_a_movement_are_no_spikes(seed, slope):
     noise = 0.008 * np.random.default_rng(seed).standard_normal(2000)
@@ -80,7 +83,8 @@ def test_what_check_counts_at_the_ends_segment_bridges():
     assert (filtering.bridged(v, 0.01, 0.0) != v)[[0, -1]].all()
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.each_once
+@pytest.mark.parametrize("seed", asked(range(6), 0, 3))
 @pytest.mark.parametrize("size", [0.5, -3.0, 20.0])
 def test_what_returns_at_the_next_sample_is_a_spike(seed, size):
     rng = np.random.default_rng(seed)
