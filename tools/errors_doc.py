@@ -37,7 +37,10 @@ def used() -> set[str]:
     """Return the codes that stand in the program's text constants (docstrings aside)."""
     found: set[str] = set()
     for path in sorted((ROOT / "sstl_cli").rglob("*.py")):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        if not _CODE.search(text):
+            continue
+        tree = ast.parse(text)
         docstrings = {
             id(node.body[0].value)
             for node in ast.walk(tree)

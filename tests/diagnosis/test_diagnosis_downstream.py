@@ -12,6 +12,8 @@ from sstl_cli.diagnosis import downstream
 from sstl_cli.physics.scenario import Configuration, Scenario
 
 THETA = 0.55
+PRESLIDING = ("presliding", {"breakaway_mm": 0.3, "spread": 0.5}, 0.6)
+BENT = ("load_dependent_friction", {"alpha": 0.2}, 0.1)
 
 
 def model(theta=THETA, **effects):
@@ -35,14 +37,21 @@ def test_an_exact_plant_is_tracked_exactly():
 
 @pytest.mark.parametrize(
     ("effect", "values", "at_most"),
-    [
-        ("asymmetric_friction", {"a": 0.1}, 0.01),
+    # lines that it moves, plays in place of one, and a line that bends with the load
+    asked(
+        (
+            ("asymmetric_friction", {"a": 0.1}, 0.01),
+            ("const_friction", {"w_l_n": 0.3}, 0.01),
+            PRESLIDING,
+            BENT,
+            ("sheath_compliance", {"c_t_per_n": 0.005}, 0.1),
+            ("stribeck", {"ratio": 1.3, "v_s_mm_s": 1.0}, 0.8),
+        ),
         ("const_friction", {"w_l_n": 0.3}, 0.01),
-        ("presliding", {"breakaway_mm": 0.3, "spread": 0.5}, 0.6),
-        ("load_dependent_friction", {"alpha": 0.2}, 0.1),
-        ("sheath_compliance", {"c_t_per_n": 0.005}, 0.1),
-        ("stribeck", {"ratio": 1.3, "v_s_mm_s": 1.0}, 0.8),
-    ],
+        PRESLIDING,
+        BENT,
+        several=True,
+    ),
 )
 def test_a_controller_that_knows_the_effect_is_better(effect, values, at_most):
     for t in downstream.tracking(model(**{effect: values}), "a", model()):
@@ -115,7 +124,7 @@ def test_a_controller_without_what_is_new_knows_what_the_simulator_held():
         assert t.rmse_with_n < 0.2 * t.rmse_without_n and t.rmse_without_n < bare.rmse_without_n, t.reference
 
 
-@pytest.mark.parametrize("theta", [THETA, THETA + 0.03, THETA + 0.1])
+@pytest.mark.parametrize("theta", asked((THETA, THETA + 0.03, THETA + 0.1), THETA + 0.03))
 def test_friction_that_drifts_on_its_way_is_met_where_the_task_is(theta):
     """Lines of a first full stroke are those of friction that the task has long left behind: 0.028 N became 0.047 N."""
     for t in downstream.tracking(model(friction_drift={"d_mu": 0.2, "path_n": 200.0}), "a", model(theta)):

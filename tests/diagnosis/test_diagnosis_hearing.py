@@ -71,7 +71,7 @@ def swung(seed, slow_s):
     return Run(f"r{seed}", "act", TIME, *seen, config_id="a", trajectory=f"m{seed}")
 
 
-@pytest.mark.parametrize("seed", [1, 3])
+@pytest.mark.parametrize("seed", asked((1, 3), 1))
 def test_noise_that_the_readings_take_for_movement_is_found_by_what_it_does_to_the_output(seed):
     found = gather([swung(seed, 0.4), swung(seed + 1, 0.4)], ONE)
     for r in found.problem.records:

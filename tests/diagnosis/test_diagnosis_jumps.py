@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from soon import asked
 
 from sstl_cli.core.runs import Run
 from sstl_cli.diagnosis.gathering import gather
@@ -11,6 +12,8 @@ from sstl_cli.physics.jumps import weakening
 from sstl_cli.physics.transmission.model import drive_of
 
 T = np.arange(0.0, 60.0, 0.02)
+# the family, and what comes nearest to it in the whole catalogue: of friction, of speed, of time and of the sensor
+LIKE = ("stick_slip", "stribeck", "dwell_aging", "viscous", "const_friction", "presliding", "channel_lowpass")
 
 
 def test_the_mean_law_is_the_effect_at_rest_and_nothing_at_speed():
@@ -40,8 +43,9 @@ def jumping(seed):
     return Run(f"r{seed}", "act", T, *noisy, config_id="a", trajectory=f"m{seed}")
 
 
-def test_jumps_at_moments_that_no_fit_meets_are_of_the_family():
-    found = gather([jumping(1), jumping(2)], Question(max_effects=1)).search.singles
+@pytest.mark.parametrize("effects", asked((LIKE, None), LIKE))
+def test_jumps_at_moments_that_no_fit_meets_are_of_the_family(effects):
+    found = gather([jumping(1), jumping(2)], Question(max_effects=1, effects=effects)).search.singles
     mean, exact = found["stick_slip"]
     assert mean.fit.free[0].parameter.name == "mean_ratio" and mean.evidence > exact.evidence + 1000.0
     rivals = [w[0].evidence for i, w in found.items() if i not in ("stick_slip", "stribeck", "dwell_aging")]

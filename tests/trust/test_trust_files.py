@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from kill_writers import run
 from program import inside
+from soon import asked
 from trust_program import SSTL, sstl, write_csv, write_log
 
 
@@ -27,7 +28,7 @@ def test_two_hundred_kills(tmp_path: Path) -> None:
     assert sum(hits for _, hits, _ in told.values()) >= 100
 
 
-@pytest.mark.parametrize("command", ["import", "segment", "batch"])
+@pytest.mark.parametrize("command", asked(("import", "segment", "batch"), "import", "batch"))
 def test_disk_full(command: str, tmp_path: Path) -> None:
     out = tmp_path / "out"
     out.mkdir()

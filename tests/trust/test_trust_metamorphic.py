@@ -135,7 +135,7 @@ def diagnosed():  # type: ignore[no-untyped-def]
     from sstl_cli.steps import diagnose, simulate
 
     scenario = Scenario(
-        simulator="rig", sampling_hz=50.0, noise=NoiseSection(white_n=0.02),
+        simulator="rig", sampling_hz=25.0, noise=NoiseSection(white_n=0.02),
         configurations=tuple(Configuration(id=f"c{i}", theta=t) for i, t in enumerate((0.45, 0.6))),
         trajectories=(
             Trajectory(kind="trapezoid", drive="tension", duration_s=12.0),
