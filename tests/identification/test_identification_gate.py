@@ -43,7 +43,6 @@ def leads(thetas, system="act"):
 
 
 def each(change, which=lambda r: True):
-    """Return the trapezoids with a slip in them; every run that it changes is measured anew."""
     return [change(r) if which(r) else r for r in sample() if "trapezoid" in r.run_id]
 
 
