@@ -43,7 +43,7 @@ def leads(thetas, system="act"):
 
 
 def each(change, which=lambda r: True):
-    return [change(r) if which(r) else r for r in sample() if "trapezoid" in r.run_id]
+    return [change(r) if which(r) else r for r in sample()]
 
 
 def of_trapezoids(change):
@@ -124,7 +124,7 @@ SLIPS = {
     "swapped": lambda: of_trapezoids(lambda r: replace(r, tension_in_n=r.tension_out_n, tension_out_n=r.tension_in_n)),
     "lead": lambda: each(moved(0.3)),
     "lead (late)": lambda: each(moved(-0.8)),
-    "drift": lambda: [drifted(r) for r in sample()],
+    "drift": lambda: each(drifted),
     "drift (period)": lambda: each(crept),
     "zero": lambda: each(lambda r: replace(r, tension_out_n=r.tension_out_n - 6.0)),
     "zero (lines)": lambda: each(lambda r: replace(r, tension_out_n=r.tension_out_n + 9.0)),
