@@ -17,8 +17,9 @@ from page_part import put, table
 from sstl_cli.blind import learning
 from sstl_cli.blind.learning import Example
 from sstl_cli.blind.library import read_library
+from sstl_cli.diagnosis.adjusted import NONE, UNKNOWN
 from sstl_cli.diagnosis.features import OUTPUT
-from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, decided
+from sstl_cli.diagnosis.verdict import Verdict, decided
 from sstl_cli.steps.blind_learn import told
 
 # upper edges of the nominal strengths 0.4, 1.2 and 4 times the noise

@@ -13,6 +13,7 @@ from scipy.special import log_softmax, softmax
 from sklearn.isotonic import IsotonicRegression
 
 from sstl_cli.blind.truth import CaseTruth
+from sstl_cli.diagnosis.adjusted import NONE, UNKNOWN
 from sstl_cli.diagnosis.constants import DECIDABLE, LEAST_GAP, MISFITS, SHARES, TOLD, USUAL_SHARE
 from sstl_cli.diagnosis.evidence import discounted
 from sstl_cli.diagnosis.features import OUTPUT, Ids, Rows
@@ -22,10 +23,8 @@ from sstl_cli.diagnosis.verdict import (
     CANDIDATE_TERMS,
     IDENTIFIED,
     LOG_TERMS,
-    NONE,
     NOTHING,
     UNDECIDED,
-    UNKNOWN,
     Verdict,
     candidate_terms,
     decided,

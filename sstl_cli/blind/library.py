@@ -26,7 +26,7 @@ _S, _F = pa.string(), pa.float32()
 # a rule looks at what was held out, no weight is learned for it
 OWN = tuple(f.name for f in fields(CandidateRow) if f.name not in ("ids", "kind", "held"))
 LOG = tuple(f.name for f in fields(LogRow))
-LATER = ("strain", "jumps", "wanders")
+LATER = ("strain", "jumps", "wanders", "grown")
 COUNTS = ("strengths", "outside", "samples", "systems", "configurations")
 
 LIBRARY = Schema(

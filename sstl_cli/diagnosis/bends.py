@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF
-from sstl_cli.diagnosis.evidence import strengths_charge
+from sstl_cli.diagnosis.evidence import discounted, strengths_charge
 from sstl_cli.diagnosis.fit import Fit, fit, held, normal_equations
 from sstl_cli.diagnosis.found import NOTHING
 from sstl_cli.diagnosis.judged import Judged
@@ -26,27 +27,38 @@ class Bends:
     changed: bool
 
 
-def since(g: Judged, given_n: float, retuned_n: float) -> Bends | None:
+def since(g: Judged, given_n: float, retuned_n: float, known_n: float = 0.0) -> Bends | None:
     """Return theta of a model that was accepted before, and whether it has changed; None without one.
 
     It has where the odds of one that is fitted are beyond doubt (49 to 1, each bend charged for). Where nothing is named it has to explain at
-    least half of the squared error of the model as given; beside effects that are named it is theirs: alone it would follow them.
+    least half of the squared error of the model as given; beside effects that are named it is theirs: alone it would follow them. What the model
+    is known to leave makes its laws off by as much as that is of the error; and beside a set of causes it has changed only if it goes the same
+    way whichever of them it is.
 
     Parameters
     ----------
-    given_n, retuned_n : float
-        Errors (RMS, in one unit) of the model as given and re-tuned.
+    given_n, retuned_n, known_n : float
+        Errors (RMS, in one unit) of the model as given, re-tuned, and as it is known to leave.
     """
     had, f, sim = g.search.sim.accepted, g.accepted, g.search.sim
     if had is None:
         return None
     seen = [i for i, (a, n) in enumerate(zip(had, g.nominal, strict=True)) if a == n]
     nats = _lost(sim, f, had) if f.free else fit(sim, f.whiten, NOTHING, had, np.zeros(0), 0).cost - f.cost
-    changed = bool(seen) and bool(nats - strengths_charge(len(seen), 2.0 * max(nats, 0.0)) > DECIDES_NATS)
+    worth = nats - strengths_charge(len(seen), 2.0 * max(nats, 0.0))
+    off = min(known_n / given_n, 1.0) if given_n > 0.0 else 0.0
+    changed = bool(seen) and bool(discounted(worth, off, max(nats, 0.0)) > DECIDES_NATS) and _alike(g, had, seen)
     if not f.free:
         changed = changed and retuned_n**2 <= (1.0 - HALF) * given_n**2
     before, beside = ({g.problem.configs[i]: float(theta[i]) for i in seen} for theta in (had, f.theta))
     return Bends(before, beside if f.free else None, changed)
+
+
+def _alike(g: Judged, had: Array, seen: Sequence[int]) -> bool:
+    """Whether theta goes the same way beside every cause that is not ruled out."""
+    own = (g.accepted.theta - had)[seen]
+    members = [w.fit for w in g.search.ranked() if tuple(sorted(w.ids)) in g.verdict.group]
+    return all(float((f.theta - had)[seen] @ own) > 0.0 for f in members)
 
 
 def _lost(sim: Simulator, f: Fit, theta: Array) -> float:

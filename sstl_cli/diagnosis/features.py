@@ -15,6 +15,7 @@ from sstl_cli.diagnosis.evidence import Weighed, inverse
 from sstl_cli.diagnosis.fit import Fit, normal_equations
 from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.heldout import blocks
+from sstl_cli.diagnosis.misfit import rms_n
 from sstl_cli.diagnosis.noise import floor_n, strain
 from sstl_cli.diagnosis.records import content
 from sstl_cli.diagnosis.residuals import Leftover, leftover
@@ -57,7 +58,8 @@ class LogRow:
 
     ``strain`` is by how much the noise had to leave what was measured (see noise.strain), ``jumps`` the evidence that the output
     rests where it should slide (see sticking.rests), ``wanders`` that what is slow in it lasts longer than noise of a sensor
-    (see noise.likely); None where that was not kept.
+    (see noise.likely), ``grown`` the share of the squared error beyond the noise that a model did not leave when it was accepted; None where that
+    was not kept.
     """
 
     samples: int
@@ -79,6 +81,7 @@ class LogRow:
     strain: float | None = None
     jumps: float | None = None
     wanders: float | None = None
+    grown: float | None = None
 
     @property
     def rests(self) -> bool:
@@ -154,8 +157,20 @@ def rows(found: Search, beside: Sequence[CandidateRow] = (), propagates: float =
         sticking.rests(sim.problem.records, sim.predict_fine(found.base.theta, {})),
         # beside an accepted model all that is slow belongs to its known scatter
         0.0 if sim.problem.scatters else sum(found.noise.wanders.values()),
+        _grown(found),
     )
     return Rows(log, (*candidates, *beside), base, best, nameless.words(found), scatters=sim.problem.scatters)
+
+
+def _grown(found: Search) -> float:
+    """Return which share of the squared error beyond the noise an accepted model, as it was or re-tuned, did not leave before; 0 of others."""
+    sim, f = found.sim, found.base
+    if sim.accepted is None:
+        return 0.0
+    noise = floor_n(sim.problem.records, sim.phases(f.theta, f.effects, found.noise), found.noise)
+    as_given = float(np.sum(sim.weight * (sim.y - sim.predict(sim.accepted, {})) ** 2) / max(float(sim.weight.sum()), 1.0))
+    beyond = min(as_given, _power(sim, f)) - noise**2
+    return float(max(1.0 - rms_n(sim.problem) ** 2 / beyond, 0.0)) if beyond > 0.0 else 0.0
 
 
 def _independent(found: Search, samples: int) -> int:

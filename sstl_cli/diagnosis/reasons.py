@@ -85,6 +85,14 @@ def explained(rows: Rows, ids: Ids) -> str:
     return f"adding {name} gains {row.gain:.0f} nats and leaves {100.0 * np.sqrt(rest):.0f} % of the noise beyond it and what the law may be off by"
 
 
+def as_large(row: CandidateRow, since: float) -> str:
+    """Return what an effect would take off an error of which so large a share is new, though the model may be off by as much."""
+    return (
+        f"{100.0 * since:.0f} % of the squared error beyond the noise was not there when the model was accepted; "
+        f"of that {' + '.join(row.ids)} would take {100.0 * row.share:.0f} %, but the model is known to be off by as much"
+    )
+
+
 def without_name(found: Search, rows: Rows) -> Weighed | None:
     """Return the model with what has no name that is the cause of a gap: beyond all that has one, and most of the error; None where none is."""
     own = nameless.leading(found)

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
-from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_GAP, LEAST_SHARE, MISFITS, UNNAMED
+from sstl_cli.diagnosis.adjusted import NONE, UNKNOWN, barred, causes, grown, sizeable, wandering
+from sstl_cli.diagnosis.constants import DECIDES_NATS, DOUBT_NATS, HALF, JOINS_NATS, LEAST_SHARE, MISFITS, UNNAMED
 from sstl_cli.diagnosis.evidence import discounted
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, Ids, Rows, best_of, leading
 from sstl_cli.diagnosis.hypotheses import FAMILIES, title, with_zeros
@@ -22,8 +23,6 @@ from sstl_cli.diagnosis.reasons import carried, explained, left, nearer, partly,
 from sstl_cli.diagnosis.weights import Weights
 
 Array = NDArray[np.float64]
-NONE: Ids = ()
-UNKNOWN: Ids = ("?",)
 IDENTIFIED, AMBIGUOUS, UNDECIDED, NOTHING = "identified", "ambiguous", "unknown", "none"
 REACH_NATS = 60.0
 
@@ -65,51 +64,6 @@ def standing(rows: Rows) -> Rows:
     """Return the rows without combinations of which a part adds no evidence of its own: weak effects like to join."""
     kept = tuple(c for c in rows.candidates if len(c.ids) == 1 or c.drop_one > JOINS_NATS)
     return replace(rows, candidates=kept)
-
-
-def _sizeable(rows: Rows, p: Mapping[Ids, float]) -> dict[Ids, float]:
-    """Return probabilities in which an effect beside the output that closes next to no gap is nothing."""
-    slight = {c.ids for c in rows.candidates if c.kind == BESIDE and _gap(c) < LEAST_GAP and c.ids in p}
-    return {**{k: v for k, v in p.items() if k not in slight}, NONE: p[NONE] + sum(p[k] for k in slight)}
-
-
-def _causes(rows: Rows, p: Mapping[Ids, float]) -> dict[Ids, float]:
-    """Return probabilities in which a fault of the recorder is no cause of what a model of the output explains more of.
-
-    It is there, but carries less than half of the squared error. A model of the output explains its share of what sound samples leave beyond the noise.
-    """
-    reducible = 1.0 - 1.0 / max(rows.log.base_chi2, 1.0)
-    explained = reducible * max((c.share for c in rows.candidates if c.kind == OUTPUT and c.evidence > DECIDES_NATS), default=0.0)
-    slight = {c.ids for c in rows.candidates if c.kind == RECORDER and c.share < min(HALF, (1.0 - c.share) * explained) and c.ids in p}
-    named = [k for k in p if k not in (NONE, UNKNOWN)]
-    rest = sum(p[k] for k in named if k not in slight)
-    if not slight or rest <= 0.0:
-        return dict(p)
-    whole = sum(p[k] for k in named)
-    return {k: v if k in (NONE, UNKNOWN) else v * whole / rest for k, v in p.items() if k not in slight}
-
-
-def _barred(rows: Rows, p: Mapping[Ids, float]) -> tuple[dict[Ids, float], str]:
-    """Return probabilities in which what was found but is no candidate has no name, and a sentence on it where it is likelier than not."""
-    found = {k: v for k, v in p.items() if rows.barred.keys() & set(k)}
-    unnamed = p[UNKNOWN] + sum(found.values())
-    why = f"{explained(rows, max(found, key=lambda k: found[k]))}, and is no candidate" if unnamed - p[UNKNOWN] > HALF * unnamed else ""
-    return {**{k: v for k, v in p.items() if k not in found}, UNKNOWN: unnamed}, why
-
-
-def _wandering(rows: Rows, p: Mapping[Ids, float]) -> tuple[dict[Ids, float], str]:
-    """Return probabilities in which an output that wanders more slowly than noise of any sensor is something, and a sentence on it."""
-    nats, unnamed = rows.log.wanders or 0.0, p[NONE] + p[UNKNOWN]
-    if nats <= DECIDES_NATS:
-        return dict(p), ""
-    why = f"the outputs wander for longer than noise of a sensor does ({nats:.0f} nats), and no candidate explains it"
-    return {**p, NONE: 0.0, UNKNOWN: unnamed}, why if p[NONE] > HALF * unnamed else ""
-
-
-def _gap(c: CandidateRow) -> float:
-    """Return the gap (RMS, over the noise) that an effect beside the output closes; infinite where it closes all."""
-    left = (1.0 - c.share) ** 2
-    return float(np.sqrt(max(c.chi2, 1.0) * max(1.0 - left, 0.0) / left)) if left > 0.0 else float("inf")
 
 
 def candidate_terms(c: CandidateRow, rows: Rows) -> Array:
@@ -288,9 +242,13 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     if rows.log.propagates < 1.0:
         why = "the output never leaves its hold: without propagation no effect can show; use a larger stroke"
         return Verdict(UNDECIDED, (), None, (), p, why)
-    p = _causes(rows, _sizeable(rows, p))
-    p, barred = _barred(rows, p)
-    p, slow = _wandering(rows, p)
+    p = causes(rows, sizeable(rows, p))
+    # the first that says what there is, where nothing has a name
+    notes = []
+    for there in (barred, wandering, grown):
+        p, note = there(rows, p)
+        notes.append(note)
+    unnamed = next((n for n in notes if n), "")
 
     def say(status: str, effects: Ids, stated: float, group: tuple[Ids, ...], why: str) -> Verdict:
         return Verdict(status, effects, None if prior else weights.right(status, stated), group, p, why)
@@ -308,7 +266,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
         none, unknown = _released(p, idle, strained(first))
         if none > max(unknown, named - idle):
             return say(NOTHING, (), none, (), f"{partly(rows, top)}, and what is left looks like noise")
-        return say(UNDECIDED, (), unknown, (), barred or slow or left(rows, top))
+        return say(UNDECIDED, (), unknown, (), unnamed or left(rows, top))
     tied = _tied(standing(rows), top)
     # whoever leads, a set holds who is as evident, and who is probable
     rivalling = dict.fromkeys((*tied, *_set(ranked, p, weights.cover)))
@@ -333,7 +291,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
             why = f"nothing is likelier than any one effect, though not than all of them together, of which {' + '.join(top)} is the most likely"
         return say(NOTHING, (), p[NONE], (), why)
     if p[UNKNOWN] >= named:
-        return say(UNDECIDED, (), p[UNKNOWN], (), barred or slow or left(rows, top))
+        return say(UNDECIDED, (), p[UNKNOWN], (), unnamed or left(rows, top))
     group = _set(ranked, p, weights.cover)
     why = explained(rows, top) if takes >= HALF else partly(rows, top)
     rivals = ", ".join(" + ".join(k) for k in group[1:])
@@ -357,17 +315,19 @@ def _told(rows: Rows, top: Ids, family: Sequence[Ids], shares: Mapping[str, floa
     """Whether the data tell one of a family from the others, whose laws are off by a share of what they explain.
 
     The one that leads is off by no more than what it leaves here (two standard deviations of chi^2 above that): another law would
-    have to be off in just the way that this one fits as far as the noise. Of a pair only the members' own part counts.
+    have to be off in just the way that this one fits as far as the noise. Of a pair only the members' own part counts. Beside what an accepted
+    model is known to leave, laws are off by at least as much as that is of the error now.
     """
     evidence = {c.ids: c.evidence for c in rows.candidates}
     lead = next(c for c in rows.candidates if c.ids == top)
     left = max(lead.chi2 - 1.0, 0.0) * rows.log.samples / 2.0 + 2.0 * float(np.sqrt(rows.log.samples / 2.0))
     share = max(shares.get(title(i), 0.0) for i in top)
+    before = float(np.sqrt(1.0 - rows.log.grown)) if rows.scatters and rows.log.grown is not None else 0.0
 
     def told(other: Ids) -> bool:
         own = _own(lead, other, rows)
         # where no share will do, members are never named
-        off = min(share, float(np.sqrt(left / max(own, 1.0)))) if share < 1.0 else share
+        off = max(min(share, float(np.sqrt(left / max(own, 1.0)))) if share < 1.0 else share, before)
         return discounted(lead.evidence - evidence[other], off, own) > DECIDES_NATS
 
     return all(told(k) for k in family if k != top)

@@ -17,7 +17,8 @@ from sstl_cli.core.documents.blind import BlindLearnDocument, LearnedRow
 from sstl_cli.core.errors import SstlError
 from sstl_cli.core.provenance import inputs_of
 from sstl_cli.core.rng import stream
-from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, Verdict, decided
+from sstl_cli.diagnosis.adjusted import NONE, UNKNOWN
+from sstl_cli.diagnosis.verdict import Verdict, decided
 from sstl_cli.diagnosis.weights import Weights
 
 FEWEST = 50

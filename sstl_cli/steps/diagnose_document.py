@@ -25,6 +25,7 @@ from sstl_cli.core.documents.diagnosis import (
 from sstl_cli.core.documents.quantity import Quantity
 from sstl_cli.core.groups import ANALYSED, RECORDED, below
 from sstl_cli.diagnosis import bends, by_run, following, gap, limit, planning, reasons, recorded, scaling, sentence, simple, where
+from sstl_cli.diagnosis.adjusted import NONE
 from sstl_cli.diagnosis.compared import compared, only_beside
 from sstl_cli.diagnosis.constants import DECIDABLE
 from sstl_cli.diagnosis.faults import RecorderEffect
@@ -32,7 +33,7 @@ from sstl_cli.diagnosis.floor import above_noise, log_interval
 from sstl_cli.diagnosis.gathering import Evidence
 from sstl_cli.diagnosis.judged import by_size
 from sstl_cli.diagnosis.noise import of_readings
-from sstl_cli.diagnosis.verdict import NONE, NOTHING, UNDECIDED
+from sstl_cli.diagnosis.verdict import NOTHING, UNDECIDED
 from sstl_cli.steps import diagnose_drawn as drawn
 from sstl_cli.steps import diagnose_notes as notes
 from sstl_cli.steps import diagnose_rows as rows
@@ -89,7 +90,7 @@ def _as_given(g: Given, found: Gap) -> Gap:
 
 def _theta(g: Given, found: Gap) -> dict[str, object]:
     """Return theta of a model that was accepted before, by bend that it has seen, and whether it has changed; nothing without one."""
-    had = bends.since(g, found.rmse_base_n or 0.0, found.rmse_retuned_n or 0.0)
+    had = bends.since(g, found.rmse_base_n or 0.0, found.rmse_retuned_n or 0.0, found.known_misfit_n or 0.0)
     if had is None:
         return {}
     beside = {} if had.with_effect is None else {"theta_with_effect": had.with_effect}

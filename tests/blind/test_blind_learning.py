@@ -27,9 +27,10 @@ from sstl_cli.blind.learning import (
     to_document,
     without_answer,
 )
+from sstl_cli.diagnosis.adjusted import NONE, UNKNOWN
 from sstl_cli.diagnosis.features import OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
-from sstl_cli.diagnosis.verdict import CANDIDATE_TERMS, NONE, UNKNOWN, probabilities, verdict
+from sstl_cli.diagnosis.verdict import CANDIDATE_TERMS, probabilities, verdict
 from sstl_cli.diagnosis.weights import from_document
 
 EFFECTS = ("pulley_friction", "viscous", "gain_error", "zero_offset", "crosstalk")

@@ -133,13 +133,17 @@ def test_the_numbers_of_a_candidate(monkeypatch):
     assert listed(monkeypatch, [lead, model], errors=nothing)[("viscous",)].fall_pct == 0.0
 
 
-def since(monkeypatch, nats, given_n=1.0, retuned_n=0.1, free=(), had=(0.5, 0.6), nominal=(0.5, 0.7)):
+def since(monkeypatch, nats, errors_n=(1.0, 0.1), free=(), had=(0.5, 0.6), nominal=(0.5, 0.7), members=()):
     monkeypatch.setattr(bends, "fit", lambda *args: SimpleNamespace(cost=10.0 + nats))
     monkeypatch.setattr(bends, "_lost", lambda sim, f, theta: nats)
     f = SimpleNamespace(free=free, cost=10.0, whiten=None, theta=np.array([0.55, 0.65]))
     sim = SimpleNamespace(accepted=None if had is None else np.array(had))
-    g = SimpleNamespace(search=SimpleNamespace(sim=sim), accepted=f, nominal=np.array(nominal), problem=SimpleNamespace(configs=("a", "b")))
-    return bends.since(g, given_n, retuned_n)
+    models = [SimpleNamespace(ids=(name,), fit=SimpleNamespace(theta=np.array(theta))) for name, theta in members]
+    g = SimpleNamespace(
+        search=SimpleNamespace(sim=sim, ranked=lambda: models), accepted=f, nominal=np.array(nominal), problem=SimpleNamespace(configs=("a", "b")),
+        verdict=SimpleNamespace(group=(("gain_error",), ("zero_offset",))),
+    )  # fmt: skip
+    return bends.since(g, *errors_n)
 
 
 # what decides once one bend is charged for
@@ -158,10 +162,21 @@ def test_a_bend_has_changed_beyond_49_to_1_each_charged_for(monkeypatch, more, c
 
 def test_a_bend_alone_explains_half_of_the_squared_error_and_beside_an_effect_need_not(monkeypatch):
     for retuned, changed in ((1.4, True), (1.43, False)):
-        assert since(monkeypatch, 99.0, 2.0, retuned).changed is changed
-    assert since(monkeypatch, 99.0, 1.0, 0.9, free=("viscous",)).changed
+        assert since(monkeypatch, 99.0, (2.0, retuned)).changed is changed
+    assert since(monkeypatch, 99.0, (1.0, 0.9), free=("viscous",)).changed
     assert not since(monkeypatch, 99.0, nominal=(0.4, 0.5)).changed and since(monkeypatch, 99.0, had=None) is None
     assert not since(monkeypatch, -5.0).changed
+
+
+def test_a_bend_has_changed_beyond_what_the_model_is_known_to_leave_and_beside_every_cause_alike(monkeypatch):
+    # half of the error was there before: laws are off by half of what they explain
+    assert not since(monkeypatch, 1e3, (0.7, 0.1, 0.35), free=("viscous",)).changed
+    assert since(monkeypatch, 1e3, (0.7, 0.1, 0.03), free=("viscous",)).changed
+    up, down = ("gain_error", (0.52, 0.4)), ("zero_offset", (0.48, 0.9))
+    assert since(monkeypatch, 99.0, free=("viscous",), members=(up,)).changed
+    assert not since(monkeypatch, 99.0, free=("viscous",), members=(up, down)).changed
+    # what is ruled out is not asked
+    assert since(monkeypatch, 99.0, free=("viscous",), members=(up, ("slack", (0.4, 0.4)))).changed
 
 
 def test_what_a_fit_loses_at_another_theta_is_that_of_its_curvature():

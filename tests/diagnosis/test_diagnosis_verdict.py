@@ -7,16 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sstl_cli.diagnosis.adjusted import NONE, UNKNOWN, causes, gap_closed
 from sstl_cli.diagnosis.constants import DECIDES_NATS, HALF, LEAST_SHARE
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 from sstl_cli.diagnosis.verdict import (
     CANDIDATE_TERMS,
     LOG_TERMS,
-    NONE,
-    UNKNOWN,
-    _causes,
-    _gap,
     _squash,
     _told,
     candidate_terms,
@@ -276,32 +273,32 @@ def test_squashed_numbers_are_decades_with_their_sign():
 
 def test_an_effect_beside_closes_a_gap_over_the_noise_of_its_channel():
     # it leaves the noise, and half of the error: sqrt(4 - 1)
-    assert _gap(row("tension_loop_lag", kind=BESIDE, chi2=1.0, share=0.5)) == pytest.approx(np.sqrt(3.0))
+    assert gap_closed(row("tension_loop_lag", kind=BESIDE, chi2=1.0, share=0.5)) == pytest.approx(np.sqrt(3.0))
     # it leaves twice the noise: twice the gap; and all of it where nothing is left
-    assert _gap(row("tension_loop_lag", kind=BESIDE, chi2=4.0, share=0.5)) == pytest.approx(2.0 * np.sqrt(3.0))
-    assert _gap(row("tension_loop_lag", kind=BESIDE, chi2=0.5, share=0.0)) == 0.0
-    assert _gap(row("tension_loop_lag", kind=BESIDE, share=1.0)) == float("inf")
+    assert gap_closed(row("tension_loop_lag", kind=BESIDE, chi2=4.0, share=0.5)) == pytest.approx(2.0 * np.sqrt(3.0))
+    assert gap_closed(row("tension_loop_lag", kind=BESIDE, chi2=0.5, share=0.0)) == 0.0
+    assert gap_closed(row("tension_loop_lag", kind=BESIDE, share=1.0)) == float("inf")
     # what makes it worse closes none
-    assert _gap(row("tension_loop_lag", kind=BESIDE, share=-0.5)) == 0.0
+    assert gap_closed(row("tension_loop_lag", kind=BESIDE, share=-0.5)) == 0.0
 
 
 def test_a_fault_that_is_no_cause_leaves_its_probability_to_what_has_a_name_if_anything_has():
     fault, cause = row("quantisation", kind=RECORDER, share=0.1), row("viscous", evidence=900.0, share=0.7)
     p = {("quantisation",): 0.6, ("viscous",): 0.2, ("crosstalk",): 0.1, NONE: 0.05, UNKNOWN: 0.05}
-    found = _causes(rows(fault, cause, log=FAILING), p)
+    found = causes(rows(fault, cause, log=FAILING), p)
     assert found == pytest.approx({("viscous",): 0.6, ("crosstalk",): 0.3, NONE: 0.05, UNKNOWN: 0.05})
     # where nothing else has any it keeps it
     alone = {("quantisation",): 0.9, ("viscous",): 0.0, NONE: 0.05, UNKNOWN: 0.05}
-    assert _causes(rows(fault, cause, log=FAILING), alone) == alone
+    assert causes(rows(fault, cause, log=FAILING), alone) == alone
     # half of the error, or as much as the output's model explains, is a cause; and so is all where nothing of the output decides
     for other, model in ((replace(fault, share=HALF), cause), (replace(fault, share=0.3), replace(cause, share=0.3))):
-        assert _causes(rows(other, model, log=FAILING), p) == p
-    assert _causes(rows(fault, replace(cause, evidence=DECIDES_NATS), log=FAILING), p) == p
+        assert causes(rows(other, model, log=FAILING), p) == p
+    assert causes(rows(fault, replace(cause, evidence=DECIDES_NATS), log=FAILING), p) == p
     # the sound samples leave as much beyond the noise as noise (half of 0.7), in the nine or seven tenths that are not the fault's
-    assert _causes(rows(replace(fault, share=0.26), cause, log=FAILING), p) == p
-    assert ("quantisation",) not in _causes(rows(replace(fault, share=0.25), cause, log=FAILING), p)
+    assert causes(rows(replace(fault, share=0.26), cause, log=FAILING), p) == p
+    assert ("quantisation",) not in causes(rows(replace(fault, share=0.25), cause, log=FAILING), p)
     # where they leave the noise alone there is nothing that a model could explain more of
-    assert _causes(rows(fault, cause), p) == p
+    assert causes(rows(fault, cause), p) == p
 
 
 @pytest.mark.parametrize(("apart", "told"), [(201.0 * DECIDES_NATS + 1.0, True), (201.0 * DECIDES_NATS - 1.0, False)])

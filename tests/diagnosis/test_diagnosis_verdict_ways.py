@@ -12,14 +12,13 @@ import numpy as np
 import pytest
 
 from sstl_cli.core.groups import spelled_out
+from sstl_cli.diagnosis.adjusted import NONE, UNKNOWN
 from sstl_cli.diagnosis.constants import DECIDES_NATS, JOINS_NATS
 from sstl_cli.diagnosis.features import BESIDE, OUTPUT, RECORDER, CandidateRow, LogRow, Rows, leading
 from sstl_cli.diagnosis.residuals import Leftover, Misfit
 from sstl_cli.diagnosis.verdict import (
     CANDIDATE_TERMS,
     LOG_TERMS,
-    NONE,
-    UNKNOWN,
     Verdict,
     Weights,
     candidate_terms,

@@ -11,8 +11,9 @@ import pytest
 
 from sstl_cli.blind.learning import examples
 from sstl_cli.blind.library import facts_of, read_library
+from sstl_cli.diagnosis.adjusted import NONE, UNKNOWN
 from sstl_cli.diagnosis.features import OUTPUT
-from sstl_cli.diagnosis.verdict import NONE, UNKNOWN, decided, probabilities
+from sstl_cli.diagnosis.verdict import decided, probabilities
 from sstl_cli.diagnosis.weights import learned
 
 ROOT = Path(__file__).parents[2]
