@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -72,10 +72,27 @@ def gather(
     SstlError
         If no run can be used.
     """
-    recorded, output = tuple(runs), asked.sim.output if asked.sim else None
+    output = asked.sim.output if asked.sim else None
     # a constant of the rig, whichever of its runs are asked
     preload_n = preload_of(runs, asked.sim) if before is None else before.preload_n
-    own = scale.given(runs, output) or scale.scale_of(runs, preload_n)
+    had = scale.given(runs, output)
+    own = had or scale.scale_of(runs, preload_n)
+    found = _on_scale(runs, asked, own, preload_n, advance, passed, before)
+    better = None if own is None or had is not None else scale.beside(found.search, own)
+    return found if better is None else _on_scale(runs, asked, better, preload_n, passed=passed)
+
+
+def _on_scale(
+    runs: Sequence[Run],
+    asked: Question,
+    own: Scale | None,
+    preload_n: Mapping[str, float],
+    advance: Callable[[float], None] = lambda _: None,
+    passed: Callable[[str], bool] = lambda _: False,
+    before: Evidence | None = None,
+) -> Evidence:
+    """Return everything that a verdict is made from, outputs in another unit on a scale of their own."""
+    recorded, output = tuple(runs), asked.sim.output if asked.sim else None
     if own is not None:
         runs = scale.in_newtons(runs, own)
     unit_n = scaling.unit_of(runs)

@@ -7,10 +7,13 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sstl_cli.core.runs import Run
-from sstl_cli.diagnosis.constants import SCALE_ROUNDS
-from sstl_cli.diagnosis.fit import first_theta, fit
+from sstl_cli.diagnosis.constants import DECIDES_NATS, LEADERS, SCALE_ROUNDS
+from sstl_cli.diagnosis.evidence import strengths_charge
+from sstl_cli.diagnosis.fit import Fit, first_theta, fit, settle
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.free import free_parameters
 from sstl_cli.diagnosis.hypotheses import Hypothesis
 from sstl_cli.diagnosis.records import prepare
@@ -19,6 +22,7 @@ from sstl_cli.diagnosis.whitening import white
 from sstl_cli.physics.effect import Mechanics
 from sstl_cli.physics.scenario import OutputScale
 
+Array = NDArray[np.float64]
 NEWTON = "N"
 
 
@@ -80,17 +84,42 @@ def _refined(runs: Sequence[Run], scale: Scale, preload_n: Mapping[str, float]) 
     """Return the scale after one fit of gain and zero of the output beside theta."""
     problem = prepare(in_newtons(runs, scale))
     sim = Simulator(problem, Mechanics(preload_n=preload_n))
-    free = [
-        f
-        for f in free_parameters(("gain_error", "zero_offset"), problem.systems)
-        if f.effect.id == "gain_error" or f.parameter.name.startswith("z_out")
-    ]
+    h = _reading(problem.systems)
     plain = white(1.0, sim.weight, [s.start for s in sim.slices()])
-    start = np.array([f.parameter.neutral for f in free])
     theta = first_theta(sim, np.full(len(problem.configs), 0.5))
-    done = fit(sim, plain, Hypothesis(("gain_error", "zero_offset"), tuple(free)), theta, start)
+    return _moved(scale, fit(sim, plain, h, theta, _neutral(h)))
+
+
+def beside(found: Search, scale: Scale) -> Scale | None:
+    """Return the scale beside a single cause, None where no cause with another scale is likelier than the leading model on this one.
+
+    A lag or friction that the base lacks is taken for a part of the scale, and what is left of it for other causes.
+    """
+    sim, lead = found.sim, next(iter(found.ranked()), None)
+    if lead is None or lead.evidence <= DECIDES_NATS:
+        return None
+    h = _reading(sim.problem.systems)
+    alone = sorted((g[0] for g in found.singles.values() if not set(h.ids) & set(g[0].ids)), key=lambda w: -w.evidence)
+    starts = [(w.fit, w.fit.hypothesis.joined(h), np.concatenate((w.fit.values, _neutral(h)))) for w in alone[:LEADERS]]
+    tried = [fit(sim, f.whiten, joined, f.theta, values) for f, joined, values in starts]
+    best = min((settle(sim, found.noise, f) for f in tried), key=lambda f: f.cost, default=lead.fit)
+    gain = lead.fit.cost - best.cost
+    return _moved(scale, best, sim.problem.unit_n) if gain - strengths_charge(len(h.free), 2.0 * gain) > DECIDES_NATS else None
+
+
+def _reading(systems: Sequence[str]) -> Hypothesis:
+    """Return gain and zero of every output."""
+    ids = ("gain_error", "zero_offset")
+    return Hypothesis(ids, tuple(f for f in free_parameters(ids, systems) if f.effect.id == ids[0] or f.parameter.name.startswith("z_out")))
+
+
+def _neutral(h: Hypothesis) -> Array:
+    return np.array([f.parameter.neutral for f in h.free])
+
+
+def _moved(scale: Scale, done: Fit, unit_n: float = 1.0) -> Scale:
+    """Return a scale after a fit of gain and zero on it, whose newtons are ``unit_n`` of the recording's: what is read is gain times force plus zero."""
     values = {f.parameter.name: float(v) for f, v in zip(done.free, done.values, strict=True)}
-    # what is read is gain times force plus zero, in units of the scale before
     per_n = {s: scale.per_n[s] * values.get(f"g_{s}", 1.0) for s in scale.per_n}
-    origin = {s: scale.origin[s] + scale.per_n[s] * values.get(f"z_out_{s}_n", 0.0) for s in scale.per_n}
+    origin = {s: scale.origin[s] + scale.per_n[s] * unit_n * values.get(f"z_out_{s}_n", 0.0) for s in scale.per_n}
     return Scale(scale.unit, per_n, origin)
