@@ -21,7 +21,9 @@ def sentence(document: DiagnosisDocument) -> str:
         return f"It is not certain that anything {what}: {verdict.why}{sure}."
     if status == "none" and left:
         unit = document.unit or "N"
-        rest = max((gap.rmse_retuned_n or 0.0) ** 2 - (gap.noise_floor_n or 0.0) ** 2, 0.0) ** 0.5
+        # re-tuned to what is most likely it may leave more than as it was accepted
+        least = min((n for n in (gap.rmse_base_n, gap.rmse_retuned_n) if n is not None), default=0.0)
+        rest = max(least**2 - (gap.noise_floor_n or 0.0) ** 2, 0.0) ** 0.5
         much = f"{quantity(small(rest), unit)} beyond the noise, where it was {quantity(small(left), unit)}"
         if document.analysis is not None and document.analysis.theta_changed:
             return (

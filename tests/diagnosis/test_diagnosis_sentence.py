@@ -125,6 +125,8 @@ def test_nothing_and_not_known_are_said_as_such():
     )
     found["gap"] = {**GAP, "known_misfit_n": 0.123, "noise_floor_n": 0.15}
     assert "since the simulator was accepted: it leaves 0.2 N beyond the noise, where it was 0.12 N (right" in sentence(found)
+    # as it was accepted it may leave less than re-tuned to what is most likely
+    assert "it leaves 0.12 N beyond the noise" in sentence({**found, "gap": {**found["gap"], "rmse_base_n": 0.192}})
     assert "it leaves 0.2 V beyond" in sentence({**found, "unit": "V"})
     # less likely than all that may be there together: a claim would be one too much
     found["verdict"] |= {"probability_none": 0.3, "probability_unknown": 0.3, "why": "none is likely"}
