@@ -44,8 +44,8 @@ def barred(rows: Rows, p: Mapping[Ids, float]) -> tuple[dict[Ids, float], str]:
     return {**{k: v for k, v in p.items() if k not in found}, UNKNOWN: unnamed}, why
 
 
-def grown(rows: Rows, p: Mapping[Ids, float]) -> tuple[dict[Ids, float], str]:
-    """Return probabilities in which an error that has grown is something, and a sentence on it, where one effect would take most of it.
+def grown(rows: Rows) -> str:
+    """Return a sentence on an error that has grown since a model was accepted and that one effect would take most of, empty where none has.
 
     Of an accepted model it is known by how much it may seem to be another one (see variation). That takes up a change of that size as well:
     then no evidence is left for it. Where most of the error was not there when the model was accepted, and an effect of a usual size takes most
@@ -53,11 +53,7 @@ def grown(rows: Rows, p: Mapping[Ids, float]) -> tuple[dict[Ids, float], str]:
     """
     alone = [c for c in rows.candidates if c.kind == OUTPUT and len(c.ids) == 1 and not c.outside]
     best, since = max(alone, key=lambda c: c.share, default=None), rows.log.grown or 0.0
-    if best is None or min(since, best.share) <= HALF:
-        return dict(p), ""
-    why = as_large(best, since)
-    unnamed = p[NONE] + p[UNKNOWN]
-    return {**p, NONE: 0.0, UNKNOWN: unnamed}, why if p[NONE] > HALF * unnamed else ""
+    return "" if best is None or min(since, best.share) <= HALF else as_large(best, since)
 
 
 def wandering(rows: Rows, p: Mapping[Ids, float]) -> tuple[dict[Ids, float], str]:

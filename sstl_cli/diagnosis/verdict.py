@@ -243,12 +243,9 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
         why = "the output never leaves its hold: without propagation no effect can show; use a larger stroke"
         return Verdict(UNDECIDED, (), None, (), p, why)
     p = causes(rows, sizeable(rows, p))
-    # the first that says what there is, where nothing has a name
-    notes = []
-    for there in (barred, wandering, grown):
-        p, note = there(rows, p)
-        notes.append(note)
-    unnamed = next((n for n in notes if n), "")
+    p, unlisted = barred(rows, p)
+    p, slow = wandering(rows, p)
+    unnamed, changed = unlisted or slow, grown(rows)
 
     def say(status: str, effects: Ids, stated: float, group: tuple[Ids, ...], why: str) -> Verdict:
         return Verdict(status, effects, None if prior else weights.right(status, stated), group, p, why)
@@ -265,6 +262,8 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
         idle = sure + sum(p[c.ids] for c in rows.candidates if c.ids in p and c.ids not in family and carried(c, rows) <= LEAST_SHARE)
         none, unknown = _released(p, idle, strained(first))
         if none > max(unknown, named - idle):
+            if changed:
+                return say(UNDECIDED, (), none + unknown, (), changed)
             return say(NOTHING, (), none, (), f"{partly(rows, top)}, and what is left looks like noise")
         return say(UNDECIDED, (), unknown, (), unnamed or left(rows, top))
     tied = _tied(standing(rows), top)
@@ -286,6 +285,8 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
     # members of a family that share their probability are one cause
     likely = max(p[UNKNOWN], sure)
     if p[NONE] >= likely and p[NONE] >= min(weights.quiet, named):
+        if changed:
+            return say(UNDECIDED, (), p[NONE] + p[UNKNOWN], (), changed)
         why = "no candidate improves the error by more than noise can, and what is left looks like noise"
         if p[NONE] < named:
             why = f"nothing is likelier than any one effect, though not than all of them together, of which {' + '.join(top)} is the most likely"
