@@ -168,8 +168,7 @@ def _grown(found: Search) -> float:
     if sim.accepted is None:
         return 0.0
     noise = floor_n(sim.problem.records, sim.phases(f.theta, f.effects, found.noise), found.noise)
-    as_given = float(np.sum(sim.weight * (sim.y - sim.predict(sim.accepted, {})) ** 2) / max(float(sim.weight.sum()), 1.0))
-    beyond = min(as_given, _power(sim, f)) - noise**2
+    beyond = min(_power(sim, sim.y - sim.predict(sim.accepted, {})), _power(sim, f.residual)) - noise**2
     return float(max(1.0 - rms_n(sim.problem) ** 2 / beyond, 0.0)) if beyond > 0.0 else 0.0
 
 
@@ -215,7 +214,7 @@ def _held(found: Search, examined: Sequence[Weighed], reducible: float) -> dict[
         return {w.ids: (nats - held.nats(w.fit)) / max(w.gain, 1.0) for w in examined}
     left = held.residual(found.base)
     block = blocks(sim)
-    floor = max(_power(sim, found.base) - reducible, 0.0)
+    floor = max(_power(sim, found.base.residual) - reducible, 0.0)
     base = np.bincount(block, sim.weight * left**2)
     gap = base - floor * np.bincount(block, sim.weight)
     foretell = [w.fit for w in examined if w.fit.hypothesis.foretold]
@@ -238,15 +237,15 @@ def _means(x: Leftover) -> float:
     return max(t.z for t in x.tests if t.name.startswith("mean"))
 
 
-def _power(sim: Simulator, f: Fit) -> float:
-    return float(np.sum(sim.weight * f.residual**2) / max(float(sim.weight.sum()), 1.0))
+def _power(sim: Simulator, residual: Array) -> float:
+    return float(np.sum(sim.weight * residual**2) / max(float(sim.weight.sum()), 1.0))
 
 
 def _reducible(found: Search) -> float:
     """Return what the base leaves beyond the noise (squared, N^2)."""
     f = found.base
     floor = floor_n(found.sim.problem.records, found.sim.phases(f.theta, f.effects, found.noise), found.noise, scatter=True)
-    return _power(found.sim, f) - floor**2
+    return _power(found.sim, f.residual) - floor**2
 
 
 def _candidate(found: Search, w: Weighed, left: Leftover, reducible: float) -> CandidateRow:
@@ -262,7 +261,7 @@ def _candidate(found: Search, w: Weighed, left: Leftover, reducible: float) -> C
         _means(left),
         sum(w.fit.at_bound(i) for i, f in enumerate(w.fit.free) if not f.parameter.shape),
         instability(found.sim, w.fit),
-        _share(_power(found.sim, found.base) - _power(found.sim, w.fit), reducible),
+        _share(_power(found.sim, found.base.residual) - _power(found.sim, w.fit.residual), reducible),
     )
 
 

@@ -199,7 +199,7 @@ def _spread(theta: Array, chosen: Sequence[int], own: Array) -> Array:
 def _everywhere(sim: Simulator, theta: Array, chosen: Sequence[int], f: Fit) -> Array:
     """Return theta of all configurations beside a fit of a few: as it is without the fit, or as it goes with its gain where that leaves less."""
     without = _spread(theta, chosen, f.theta)
-    if f.ids != GAIN:
+    if f.ids != GAIN or len(chosen) == len(theta):
         return without
     effects = as_effects(f.free, f.values)
     with_gain = _spread(first_theta(sim, np.full(len(theta), NOMINAL_THETA), effects), chosen, f.theta)
