@@ -243,7 +243,7 @@ def planned(found: Search, movements: Sequence[Movement]) -> Simulator | None:
             )
         )
     try:
-        return Simulator(prepare(runs, sim.problem.unit_n), sim.mechanics, sim.fixed)
+        return Simulator(prepare(runs, sim.problem.unit_n), sim.mechanics, sim.fixed, zeros_n=sim.zeros_n)
     except SstlError:
         # a movement that cannot be diagnosed settles nothing
         return None

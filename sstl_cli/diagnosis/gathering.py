@@ -102,7 +102,8 @@ def _on_scale(
     # a scale that is nobody's fault is not compared; the one that an accepted model has is a scale like any other
     ids = [i for i in candidates(asked) if own is None or output is not None or i != "gain_error"]
     nominal = np.array([scenario.theta_of(c) for c in problem.configs])
-    sim, theta = _begun(problem, scenario, nominal)
+    # a scale that is found on these runs has no gain beside it
+    sim, theta = _begun(problem, scenario, nominal, {} if own is None or output is None else own.zeros_n(unit_n))
     found = search.run(sim, _fitted(ids, problem), theta, min(asked.max_effects, MOST_EFFECTS), advance, asked.workers, passed=passed)
     # the noise that was found may have changed what the input is taken to be
     problem = found.sim.problem
@@ -127,12 +128,12 @@ def _ready(before: Evidence | None, own: Scale | None, unit_n: float) -> dict[st
     return {r.run_id: r for r in before.prepared.records}
 
 
-def _begun(problem: Problem, scenario: Scenario, nominal: Array) -> tuple[Simulator, Array]:
+def _begun(problem: Problem, scenario: Scenario, nominal: Array, zeros_n: Mapping[str, float]) -> tuple[Simulator, Array]:
     """Return the simulator of a problem and the theta from which it is fitted; ``nominal`` is as the scenario has it."""
     unit_n = problem.unit_n
     mechanics, fixed = scaling.mechanics(scenario, unit_n), scaling.effects(scenario, unit_n)
     # what holds keep says what the input does at corners
-    sim, theta = likelier(Simulator(problem, mechanics, fixed, scenario.dispersion), nominal)
+    sim, theta = likelier(Simulator(problem, mechanics, fixed, scenario.dispersion, zeros_n=zeros_n), nominal)
     if not scenario.misfits:
         return sim, theta
     # of a bend that it has not seen a model says nothing

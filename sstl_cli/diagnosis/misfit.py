@@ -150,7 +150,7 @@ def beyond(sim: Simulator, accepted: Fit, sections: Sequence[MisfitSection], noi
     plain = tuple(replace(r, known=None, misfit_n=None, tail=float("inf"), wander=None) for r in sim.problem.records)
     bare = replace(sim.problem, records=plain)
     sure = [s.model_copy(update={"doubt_n": ()}) for s in sections]
-    knowing = Simulator(applied(bare, sure, 1.0, told), sim.mechanics, sim.fixed, behind=sim.behind)
+    knowing = Simulator(applied(bare, sure, 1.0, told), sim.mechanics, sim.fixed, behind=sim.behind, zeros_n=sim.zeros_n)
     whiten = whitener(knowing.constants({}, noise), knowing.phases(accepted.theta, accepted.effects, noise))
     left = accepted.residual + known(sim.problem) - known(knowing.problem)
     return knowing, replace(accepted, residual=left, whiten=knowing.jerky(whiten, left))

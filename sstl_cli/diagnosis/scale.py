@@ -34,6 +34,10 @@ class Scale:
     per_n: dict[str, float]
     origin: dict[str, float]
 
+    def zeros_n(self, unit_n: float) -> dict[str, float]:
+        """Return at which tension (N of the fit, of which one is ``unit_n`` of the recording) the output of each system reads nothing."""
+        return {s: -self.origin[s] / (self.per_n[s] * unit_n) for s in self.per_n}
+
     @property
     def typical(self) -> float:
         """Units a newton, the median over the systems."""

@@ -90,7 +90,7 @@ def _begun(
     sim: Simulator, starts: Sequence[Hypothesis], theta0: Array, advance: Callable[[float], None], workers: int
 ) -> tuple[Search, list[Fit]]:
     """Return a search that has its noise and its base, and a first whitened fit of every hypothesis."""
-    small = Simulator(representatives(sim.problem), sim.mechanics, sim.fixed)
+    small = Simulator(representatives(sim.problem), sim.mechanics, sim.fixed, zeros_n=sim.zeros_n)
     chosen = [sim.problem.configs.index(c) for c in small.problem.configs]
     base = fit(small, _plain(small, 1.0), NOTHING, theta0[chosen], np.zeros(0), careful=True)
     spread = max(float(np.sqrt(np.sum(small.weight * base.residual**2) / max(small.weight.sum(), 1.0))), 1e-9)

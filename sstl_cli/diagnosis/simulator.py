@@ -55,7 +55,8 @@ class Simulator:
     varies from record to record, by effect and name, ``scatters`` whether the records know what an accepted model leaves, or
     how it varies, ``behind`` whether more friction at the end than it has acts on that too (see ending), ``more_n`` and
     ``slips_n`` the standard deviations (N, shape (samples,)) of what all models have beside the sensors' noise: new at every step, or
-    at every step of a slide and kept in holds (see shared), ``rests`` whether outputs are seen to rest within strokes (see sticking).
+    at every step of a slide and kept in holds (see shared), ``rests`` whether outputs are seen to rest within strokes (see sticking),
+    ``zeros_n`` at which tension (N) an output in another unit reads nothing, by system.
     """
 
     problem: Problem
@@ -68,6 +69,7 @@ class Simulator:
     more_n: Array | None = None
     slips_n: Array | None = None
     rests: bool = False
+    zeros_n: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         p = self.problem
@@ -75,7 +77,10 @@ class Simulator:
         self._runs = laid([piece for r in p.records for piece in pieces(r, self.mechanics)])
         self._fine_edges = np.concatenate(([0], np.cumsum([len(r.u) for r in p.records]))).astype(np.int64)
         self.scatters = any(r.misfit_n is not None or r.wander is not None for r in p.records)
-        self._samplings = [Sampling(r.system, r.dt_s, len(r.u), begin_n=r.start_n, begun_s=r.begun_s) for r in p.records]
+        self._samplings = [
+            Sampling(r.system, r.dt_s, len(r.u), begin_n=r.start_n, begun_s=r.begun_s, zero_n=self.zeros_n.get(r.system, 0.0))
+            for r in p.records
+        ]
         self._places = np.array([r.config for r in p.records for _ in starts_of(r)])
         self.read_as(1.0, 0.0)
         self._begin = np.array([e + s.at for r, e in zip(p.records, self._fine_edges, strict=False) for s in starts_of(r)], np.int64)
@@ -315,6 +320,17 @@ def _read_late(r: Record, late_s: float) -> Record:
 
 
 def _true_start(r: Record, start: Start, hooked: Hooked, sampling: Sampling) -> float:
-    """Return the true output where a model begins: the measured one less what the sensor adds."""
-    seen = sensed(hooked, sampling, r.u[: sampling.count], np.full(sampling.count, start.output_n))
-    return 2.0 * start.output_n - float(seen[start.at])
+    """Return the true output where a model begins, at which its sensor reads what was measured (secant method; exact of a gain and a zero)."""
+
+    def seen(output_n: float) -> float:
+        return float(sensed(hooked, sampling, r.u[: sampling.count], np.full(sampling.count, output_n))[start.at])
+
+    read = start.output_n
+    there = seen(read)
+    first = 2.0 * read - there
+    if first == read or np.isnan(first):
+        return first
+    here = seen(first)
+    slope = (here - there) / (first - read)
+    # a sensor that does not follow says nothing of where it is
+    return first + (read - here) / slope if slope > 0.0 else first

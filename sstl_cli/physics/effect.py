@@ -211,8 +211,9 @@ Hook = Callable[[Array, Array, "Sampling", Values], Array]
 
 @dataclass(frozen=True)
 class Sampling:
-    """What a sensor hook may know of the run: channel pair, sampling period (s), number of samples, what the output reads first (N), and
-    theta (rad; the middle of what is usual where nobody knows it), and when in its session it began (s).
+    """What a sensor hook may know of the run: channel pair, sampling period (s), number of samples, what the output reads first (N),
+    theta (rad; the middle of what is usual where nobody knows it), when in its session it began (s), and at which tension (N) an
+    output in another unit reads nothing.
     """
 
     system: str
@@ -222,6 +223,7 @@ class Sampling:
     begin_n: float | None = None
     theta: float = NOMINAL_THETA
     begun_s: float = 0.0
+    zero_n: float = 0.0
 
     @property
     def fraction(self) -> Array:

@@ -60,7 +60,7 @@ def run(scenario: Scenario, effects: Mapping[str, Values], seed: int) -> Iterato
     """
     plans = plan(scenario, seed)
     own = output_scale(scenario, {p.system for p in plans})
-    for made in _recorded(scenario, plans, {**scenario.effects, **effects}, seed):
+    for made in _recorded(scenario, plans, {**scenario.effects, **effects}, seed, own):
         yield made if own is None else _in_unit(made, own)
 
 
@@ -76,7 +76,9 @@ def _in_unit(made: Run, own: OutputScale) -> Run:
     return replace(made, tension_out_n=out, unit_out=own.unit)
 
 
-def _recorded(scenario: Scenario, plans: Sequence[Plan], effects: Mapping[str, Values], seed: int) -> Iterator[Run]:
+def _recorded(
+    scenario: Scenario, plans: Sequence[Plan], effects: Mapping[str, Values], seed: int, own: OutputScale | None
+) -> Iterator[Run]:
     """Yield the runs that are planned, in N, or say which effect they cannot show."""
     active = activate(effects)
     for effect, _ in active.items:
@@ -108,7 +110,7 @@ def _recorded(scenario: Scenario, plans: Sequence[Plan], effects: Mapping[str, V
             yield record(scenario, p, effects, seed)
         return
     for p in plans:
-        yield _record(scenario, p, active, seed)
+        yield _record(scenario, p, active, seed, 0.0 if own is None else -own.origin.get(p.system, 0.0) / own.per_n[p.system])
 
 
 def _records(trajectory: Trajectory, channel: str) -> bool:
@@ -127,7 +129,7 @@ def _require_possible(run_id: str, tension: np.ndarray, out: np.ndarray) -> None
             )
 
 
-def _record(scenario: Scenario, p: Plan, active: Active, seed: int) -> Run:
+def _record(scenario: Scenario, p: Plan, active: Active, seed: int, zero_n: float) -> Run:
     time, command = input_path(scenario, p, seed)
     dt = 1.0 / scenario.sampling_hz
     tension = command
@@ -148,7 +150,7 @@ def _record(scenario: Scenario, p: Plan, active: Active, seed: int) -> Run:
     noisy_in = tension + sensor_noise(noise, len(time), dt, rng)
     noisy_out = out + sensor_noise(noise, len(time), dt, rng)
     # noise is added before the recorder rounds, clips or drops samples
-    seen_in, seen_out = measure(p.system, dt, noisy_in, noisy_out, active, stream(seed, "faults", p.run_id), theta)
+    seen_in, seen_out = measure(p.system, dt, noisy_in, noisy_out, active, stream(seed, "faults", p.run_id), theta, zero_n)
     return Run(
         time_s=time,
         tension_in_n=seen_in,

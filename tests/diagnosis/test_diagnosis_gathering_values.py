@@ -171,10 +171,10 @@ def test_a_simulator_begins_at_what_it_says_of_bends_and_knows_which_it_has_seen
     monkeypatch.setattr(gathering, "likelier", lambda sim, nominal: (sim, nominal + 0.1))
     monkeypatch.setattr(gathering.variation, "applied", lambda sim, theta, wander, unit_n: sim)
     nominal = np.array([0.4, 0.7])
-    sim, theta = gathering._begun(SIM.problem, Scenario(), nominal)
-    assert sim.accepted is None and theta == pytest.approx([0.5, 0.8])
+    sim, theta = gathering._begun(SIM.problem, Scenario(), nominal, {"act": 2.0})
+    assert sim.accepted is None and sim.zeros_n == {"act": 2.0} and theta == pytest.approx([0.5, 0.8])
     seen = Scenario(configurations=(Configuration(id="b", theta=0.7),)).model_copy(update={"misfits": (object(),)})
-    sim, theta = gathering._begun(SIM.problem, seen, nominal)
+    sim, theta = gathering._begun(SIM.problem, seen, nominal, {})
     # of the bend that it has not seen it says nothing
     assert sim.accepted == pytest.approx([0.5, 0.7]) and theta == pytest.approx([0.5, 0.8])
 

@@ -126,3 +126,18 @@ def test_what_the_base_lacks_is_no_part_of_the_scale():
     assert body.analysis.output_scale.per_n["act"] == pytest.approx(3.0, rel=0.005)
     (delay,) = (p.estimate for c in body.candidates if c.id == "channel_delay" for p in c.parameters if p.name == "tau_act_s")
     assert delay == pytest.approx(0.16, rel=0.02)
+
+
+def test_a_gain_beside_a_model_in_another_unit_acts_about_where_the_sensor_reads_nothing():
+    """It acted about no force: of a sensor that reads 20 there a gain was found too small, beside a zero that nobody moved."""
+    log = [run(name, period=period, per_n=3.0, origin=20.0) for name, period in (("a", 7.0), ("b", 5.0))]
+    options = diagnose.DiagnoseOptions(effects=("gain_error", "zero_offset", "zero_drift"), max_effects=2, physics=False)
+    model = diagnose.run(log, options).model()
+    later = [run(name, period=period, per_n=3.0 * 1.08, origin=20.0 * 1.08) for name, period in (("c", 6.1), ("d", 4.3))]
+    body = diagnose.run(later, replace(options, sim=model)).body
+    assert body.verdict.status == "identified" and list(body.verdict.effects) == ["gain_error"]
+    (gain,) = (p.estimate for c in body.candidates if c.id == "gain_error" for p in c.parameters if p.name == "g_act")
+    assert gain == pytest.approx(1.08, rel=0.003)
+    # and a model that has such a gain says the same
+    read = model.model_copy(update={"effects": {"gain_error": {"g_act": 1.08}}})
+    assert diagnose.run(later, replace(options, sim=read)).body.verdict.status == "none"

@@ -62,10 +62,19 @@ def test_samples_know_their_record_and_its_configuration():
 
 
 def test_the_output_s_sensor_reads_what_the_line_does_and_its_start_is_undone():
-    # the record begins with what was read: 2 s - g s of it is the line's
-    assert SIM.predict(THETA, GAIN) == pytest.approx(expected(lambda r, a: 1.1 * played(r.u, a, 0.9 * r.start_n)), abs=1e-9)
+    # the record begins with what was read
+    for g in (0.125, 1.1):
+        gain = {"gain_error": {"g_act": g}}
+        assert SIM.predict(THETA, gain) == pytest.approx(expected(lambda r, a, g=g: g * played(r.u, a, r.start_n / g)), abs=1e-9)
     zero = {"zero_offset": {**ZEROS, "z_out_act_n": 0.4}}
     assert SIM.predict(THETA, zero) == pytest.approx(expected(lambda r, a: 0.4 + played(r.u, a, r.start_n - 0.4)), abs=1e-9)
+
+
+def test_a_gain_leaves_an_output_in_another_unit_where_it_reads_nothing():
+    other = replace(SIM, zeros_n={"act": -2.0})
+    assert other.predict(THETA, GAIN) == pytest.approx(
+        expected(lambda r, a: 1.1 * (2.0 + played(r.u, a, (r.start_n + 2.0) / 1.1 - 2.0)) - 2.0), abs=1e-9
+    )
 
 
 def test_the_input_s_sensor_is_undone_before_the_line():
@@ -134,7 +143,7 @@ def test_a_model_begins_anew_where_the_input_may_have_turned_unseen():
     again = changed(again=lambda r: (Start(700, 9.0, 0.1),))
     halves = expected(lambda r, a: np.concatenate((played(r.u[:700], a, r.start_n), played(r.u[700:], a, 9.0))))
     assert again.predict(THETA, {}) == pytest.approx(halves, abs=1e-9)
-    read = expected(lambda r, a: 1.1 * np.concatenate((played(r.u[:700], a, 0.9 * r.start_n), played(r.u[700:], a, 0.9 * 9.0))))
+    read = expected(lambda r, a: 1.1 * np.concatenate((played(r.u[:700], a, r.start_n / 1.1), played(r.u[700:], a, 9.0 / 1.1))))
     assert again.predict(THETA, GAIN) == pytest.approx(read, abs=1e-9)
 
 

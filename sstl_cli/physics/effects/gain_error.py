@@ -4,14 +4,15 @@ from sstl_cli.physics.effect import INSTRUMENT, Array, Effect, Parameter, Sampli
 
 
 def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
-    return tension * v[f"g_{run.system}"]
+    # a sensor that is too sensitive reads nothing where it did
+    return run.zero_n + (tension - run.zero_n) * v[f"g_{run.system}"]
 
 
 EFFECT = Effect(
     id="gain_error",
     title="Gain of the output sensor against the input sensor",
     stage=INSTRUMENT,
-    equation="T_meas = g T; only the ratio of the two gains shows",
+    equation="T_meas = g T; only the ratio of the two gains shows; in another unit about where that reads nothing",
     source="Catalogue entry [L]; slope products of Table II [C]",
     parameters=(
         Parameter("g_act", "1", 1.0, 0.85, 1.15, "output over input gain, actuation", system="act"),

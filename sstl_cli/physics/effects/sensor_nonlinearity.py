@@ -29,7 +29,7 @@ def _beyond(tension: Array, b: float, v: Values) -> Array:
 
 def _output(tension: Array, _other: Array, run: Sampling, v: Values) -> Array:
     # what it reads at first it holds: where in its play it began is not for a model to choose
-    curved = _curved(tension, _curve("out", run, v))
+    curved = run.zero_n + _curved(tension - run.zero_n, _curve("out", run, v))
     if v["b_out"] != 0.0:
         curved = curved + _beyond(tension, v["b_out"], v)
     read = play(curved, v["h_n"] + v[f"h_{run.system}_n"], run.begin_n)

@@ -92,9 +92,10 @@ def measure(
     active: Active,
     rng: np.random.Generator | None = None,
     theta: float = NOMINAL_THETA,
+    zero_n: float = 0.0,
 ) -> tuple[Array, Array]:
-    """Return what the two sensors and the recorder make of the true tensions (N, shape (n,) each)."""
-    run = Sampling(system, dt_s, len(true_in), rng, theta=theta)
+    """Return what the two sensors and the recorder make of the true tensions (N, shape (n,) each); the output reads nothing at ``zero_n`` (N)."""
+    run = Sampling(system, dt_s, len(true_in), rng, theta=theta, zero_n=zero_n)
     seen_in, seen_out = true_in, true_out
     for effect, values in active.items:
         before_in, before_out = seen_in, seen_out
