@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from sstl_cli.diagnosis import limit, scaling, shrink
 from sstl_cli.diagnosis.channels import ChannelGap
-from sstl_cli.diagnosis.constants import RIVALS
+from sstl_cli.diagnosis.constants import DECIDES_NATS, RIVALS
 from sstl_cli.diagnosis.evidence import Weighed
 from sstl_cli.diagnosis.fit import Fit
+from sstl_cli.diagnosis.found import Search
 from sstl_cli.diagnosis.gap import Errors
 from sstl_cli.diagnosis.judged import Judged
 
@@ -20,7 +21,7 @@ class Compared:
 
     ``d2`` is its squared distance from the likeliest, None where that is not worked out; ``change`` by how much parameters of effects
     that the simulator contains differ from what it says; ``intervals`` (95 %) and ``labels`` are of its parameters in order, ``best``
-    the best label of a strength.
+    the best label of a strength; ``alternatives`` are the strengths of other hypotheses of the same effect that explain the data as well.
     """
 
     model: Weighed
@@ -32,6 +33,7 @@ class Compared:
     intervals: tuple[tuple[float, float] | None, ...]
     labels: tuple[str, ...]
     best: str
+    alternatives: tuple[dict[str, float], ...]
 
 
 def compared(g: Judged, errors: Errors) -> list[Compared]:
@@ -70,7 +72,29 @@ def _one(g: Judged, errors: Errors, w: Weighed, lead: Weighed | None) -> Compare
         ),
         labels=tuple(labels),
         best=next((s for s in ("identifiable", "weak") if s in strengths), "not_identifiable"),
+        alternatives=tuple(_strengths(other.fit, g.problem.unit_n) for other in as_evident(g.search, w)),
     )
+
+
+def as_evident(found: Search, w: Weighed) -> list[Weighed]:
+    """Return the other hypotheses of an effect (which sensor, which law) that the data do not put behind a model of it.
+
+    None that has more strengths, or those of the model and others.
+    """
+    own = _names(w.fit)
+    others = [(o, _names(o.fit)) for o in found.singles.get(w.ids[0], ()) if len(w.ids) == 1 and o.evidence > w.evidence - DECIDES_NATS]
+    return [o for o, names in others if names != own and len(names) <= len(own)]
+
+
+def _names(f: Fit) -> set[str]:
+    return {x.parameter.name for x in f.hypothesis.strengths}
+
+
+def _strengths(f: Fit, unit_n: float) -> dict[str, float]:
+    """Return the strengths of a fit by name, in the units of the recording."""
+    values = zip(f.free, f.values, strict=True)
+    strengths = f.hypothesis.strengths
+    return {x.parameter.name: scaling.parameter(float(v), x.parameter.unit, unit_n) for x, v in values if x in strengths}
 
 
 def _change(g: Judged, f: Fit) -> dict[str, float] | None:

@@ -93,7 +93,9 @@ def _row(log: str, known: bool, put: Injection | None, said: DiagnosisDocument) 
     own = None if put is None else next((c for c in said.candidates if c.id == put.effect), None)
     if put is None or own is None or own.gain_nats is None:
         return row
-    found = next((p.estimate for p in own.parameters if p.name == put.parameter), None)
+    # of several hypotheses of the effect that explain the data as well the one with its parameter counts
+    leading = {p.name: p.estimate for p in own.parameters}
+    found = next((values[put.parameter] for values in (leading, *(own.alternatives or ())) if put.parameter in values), None)
     neutral = get(put.effect).parameter(put.parameter).neutral
     # parameters of an output in another unit are in newtons all the same
     scaled = said.analysis.output_scale if said.analysis else None

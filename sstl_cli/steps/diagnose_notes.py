@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from sstl_cli.core.documents.diagnosis import Gap
+from sstl_cli.core.documents.diagnosis import Candidate, Gap
 from sstl_cli.core.numbers import quantity
 from sstl_cli.diagnosis import by_run
 from sstl_cli.diagnosis.free import ASIDE, Free
@@ -41,6 +41,34 @@ def of(g: Given) -> list[str]:
         if x.effect.id not in ASIDE and g.accepted.at_bound(k) and not x.parameter.shape
     ]
     return notes
+
+
+def of_alternatives(found: Sequence[Candidate], effects: Sequence[str]) -> list[str]:
+    """Return what the data do not tell of the one effect that is named: which sensor one sits in, or which law it follows.
+
+    Examples
+    --------
+    >>> from sstl_cli.core.documents.diagnosis import Parameter
+    >>> z = Parameter.model_construct(name="z_in_act_n", unit="N", effect="zero_offset", estimate=-1.5)
+    >>> own = Candidate.model_construct(id="zero_offset", parameters=[z], alternatives=[{"z_out_act_n": 1.7}])
+    >>> of_alternatives([own], ("zero_offset",))
+    ['zero_offset: this data does not tell apart z_in_act_n -1.5 N and z_out_act_n 1.7 N']
+    >>> of_alternatives([own], ())
+    []
+    """
+    own = [(c.id, [_strengths(c), *(c.alternatives or ())]) for c in found if [c.id] == list(effects)]
+    return [f"{k}: this data does not tell apart {' and '.join(_told(k, x) for x in told)}" for k, told in own if len(told) > 1]
+
+
+def _strengths(c: Candidate) -> dict[str, float]:
+    return {
+        p.name: p.estimate for p in c.parameters if p.estimate is not None and p.effect == c.id and not get(c.id).parameter(p.name).shape
+    }
+
+
+def _told(effect_id: str, values: Mapping[str, float]) -> str:
+    """Return strengths with their units, in words."""
+    return " + ".join(f"{k} {quantity(f'{v:.4g}', get(effect_id).parameter(k).unit)}" for k, v in values.items())
 
 
 def _by_run(g: Given, kind: Free, parts: Mapping[str, float]) -> str:

@@ -80,6 +80,7 @@ def _row(c: Compared) -> Candidate:
             )
             for i, (x, v, ci) in enumerate(zip(f.free, f.values, c.intervals, strict=True))
         ],
+        alternatives=list(c.alternatives) or None,
         identifiability=c.best,
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import hypot, log
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -75,18 +75,19 @@ def test_errors_hold_what_the_simulator_is_known_to_leave(monkeypatch):
     assert e.rms(e.base) == pytest.approx(hypot(4.0, 0.5)) and replace(e, weight=np.zeros(2)).rms(e.base) == 0.5
 
 
-def weighed(*ids, p=0.0, residual=1.0, free=()):
-    f = SimpleNamespace(free=free, values=[x.value for x in free], residual=residual)
-    return SimpleNamespace(ids=tuple(ids), fit=f, p=p)
+def weighed(*ids, p=0.0, residual=1.0, free=(), evidence=0.0):
+    strengths = tuple(x for x in free if not x.parameter.shape)
+    f = SimpleNamespace(free=free, values=[x.value for x in free], residual=residual, hypothesis=SimpleNamespace(strengths=strengths))
+    return SimpleNamespace(ids=tuple(ids), fit=f, p=p, evidence=evidence)
 
 
-def listed(monkeypatch, ranked, effects=(), group=(), accepted=None, fixed=(), errors=None):
+def listed(monkeypatch, ranked, effects=(), group=(), accepted=None, fixed=(), errors=None, singles=MappingProxyType({})):
     monkeypatch.setattr(compared.shrink, "parameter_intervals", lambda sim, f: [x.interval for x in f.free])
     monkeypatch.setattr(compared.shrink, "identifiability", lambda f, i, x: f.free[i].label)
     monkeypatch.setattr(compared.limit, "distance2", lambda sim, lead, f: 10.0 * lead.residual + f.residual)
     said = SimpleNamespace(probabilities={tuple(sorted(w.ids)): w.p for w in ranked if w.p}, effects=effects, group=group)
     held = SimpleNamespace(residual=lambda f: np.array([f.residual]))
-    search = SimpleNamespace(ranked=lambda: ranked, sim=SimpleNamespace(fixed=fixed), held_out=held)
+    search = SimpleNamespace(ranked=lambda: ranked, sim=SimpleNamespace(fixed=fixed), held_out=held, singles=singles)
     g = SimpleNamespace(verdict=said, search=search, accepted=accepted, problem=SimpleNamespace(unit_n=10.0))
     e = gap.Errors(np.array([4.0]), np.array([0.5]), 0.0, np.ones(1), np.array([1.0]))
     return {c.model.ids: c for c in compared.compared(g, errors or e)}
@@ -111,11 +112,25 @@ def test_single_effects_the_likeliest_the_most_evident_and_what_is_named_are_lis
     assert listed(monkeypatch, []) == {}
 
 
-def test_the_numbers_of_a_candidate(monkeypatch):
-    def free(interval, label, name, value, effect="viscous", shape=False):
-        own = SimpleNamespace(name=name, unit="N", neutral=0.5, least=0.0, most=2.0, shape=shape)
-        return SimpleNamespace(interval=interval, label=label, parameter=own, effect=SimpleNamespace(id=effect), value=value)
+def free(interval, label, name, value, effect="viscous", shape=False):
+    own = SimpleNamespace(name=name, unit="N", neutral=0.5, least=0.0, most=2.0, shape=shape)
+    return SimpleNamespace(interval=interval, label=label, parameter=own, effect=SimpleNamespace(id=effect), value=value)
 
+
+def test_other_hypotheses_of_an_effect_are_told_where_the_data_do_not_put_them_behind(monkeypatch):
+    def of(*names, evidence):
+        parts = [free(None, "weak", name, 2.0 + len(name)) for name in names]
+        return weighed("viscous", free=[*parts, free(None, "weak", "shape", 9.0, shape=True)], evidence=evidence)
+
+    best = of("in", evidence=100.0)
+    others = (best, of("out", evidence=97.0), of("far", evidence=95.0), of("in", "out", evidence=99.0), of("in", evidence=99.5))
+    found = listed(monkeypatch, [best, weighed("viscous", "slack")], singles={"viscous": others})
+    # in the units of the recording; more strengths than it needs are no other answer
+    assert found[("viscous",)].alternatives == ({"out": 50.0},)
+    assert found[("viscous", "slack")].alternatives == ()
+
+
+def test_the_numbers_of_a_candidate(monkeypatch):
     parts = (
         free(Interval(1.0, -1.0, 3.0), "weak", "a", 0.75), free(None, "not_identifiable", "b", 0.5, "slack"),
         free(Interval(1.0, 0.5, 1.5), "identifiable", "shape", 9.0, shape=True),

@@ -177,6 +177,10 @@ class Candidate(Part):
         default=None, description="the sensor that the effect sits in, where it is one of the instrument; or the channel beside"
     )
     parameters: list[Parameter]
+    alternatives: list[dict[str, float]] | None = Field(
+        default=None,
+        description="strengths of the same effect by other hypotheses (another sensor, another law) that explain the data as well",
+    )
     identifiability: Identifiability
     members: list[str] | None = None
 
