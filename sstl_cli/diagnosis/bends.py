@@ -14,6 +14,7 @@ from sstl_cli.diagnosis.fit import Fit, fit, held, normal_equations
 from sstl_cli.diagnosis.found import NOTHING
 from sstl_cli.diagnosis.judged import Judged
 from sstl_cli.diagnosis.simulator import Simulator
+from sstl_cli.diagnosis.verdict import UNDECIDED
 
 Array = NDArray[np.float64]
 
@@ -33,7 +34,7 @@ def since(g: Judged, given_n: float, retuned_n: float, known_n: float = 0.0) -> 
     It has where the odds of one that is fitted are beyond doubt (49 to 1, each bend charged for). Where nothing is named it has to explain at
     least half of the squared error of the model as given; beside effects that are named it is theirs: alone it would follow them. What the model
     is known to leave makes its laws off by as much as that is of the error; and beside a set of causes it has changed only if it goes the same
-    way whichever of them it is.
+    way whichever of them it is. Where what has changed has no name theta follows that as well: nothing is said of it.
 
     Parameters
     ----------
@@ -48,7 +49,9 @@ def since(g: Judged, given_n: float, retuned_n: float, known_n: float = 0.0) -> 
     worth = nats - strengths_charge(len(seen), 2.0 * max(nats, 0.0))
     off = min(known_n / given_n, 1.0) if given_n > 0.0 else 0.0
     changed = bool(seen) and bool(discounted(worth, off, max(nats, 0.0)) > DECIDES_NATS) and _alike(g, had, seen)
-    if not f.free:
+    if g.verdict.status == UNDECIDED:
+        changed = False
+    elif not f.free:
         changed = changed and retuned_n**2 <= (1.0 - HALF) * given_n**2
     before, beside = ({g.problem.configs[i]: float(theta[i]) for i in seen} for theta in (had, f.theta))
     return Bends(before, beside if f.free else None, changed)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from sstl_cli.diagnosis.free import LINE, RUNS, Free, free_parameters
 from sstl_cli.physics.effects import get
@@ -42,6 +42,25 @@ class Hypothesis:
 def at_known_load(h: Hypothesis) -> Hypothesis:
     """Return a hypothesis under which the load gives way as far as it is known to: another one would change what is there already."""
     return Hypothesis(h.ids, tuple(f for f in h.free if f.effect is not LINE))
+
+
+def as_changes(h: Hypothesis, there: Mapping[str, Mapping[str, float]]) -> Hypothesis:
+    """Return a hypothesis whose effects may be in the simulator already: their strengths change as far as the sum has a meaning, shapes stay.
+
+    Friction that is there may become less: a strength that cannot be negative may be so as a change.
+    """
+    return Hypothesis(h.ids, tuple(_as_change(f, there) for f in h.free if not (f.parameter.shape and f.effect.id in there)))
+
+
+def _as_change(f: Free, there: Mapping[str, Mapping[str, float]]) -> Free:
+    if f.effect.id not in there:
+        return f
+    p = f.parameter
+    off = f.effect.complete(there[f.effect.id])[p.name] - p.neutral
+    least, most = p.least - off, p.most - off
+    # what is usual one way is so the other way, as far as there is anything to change
+    low, high = (x if x != p.neutral else 2.0 * p.neutral - other for x, other in ((p.low, p.high), (p.high, p.low)))
+    return Free(f.effect, replace(p, low=max(low, least), high=min(high, most), limits=(least, most)))
 
 
 def of_other_laws(effect_id: str) -> set[str]:

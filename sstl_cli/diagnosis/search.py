@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sstl_cli.diagnosis import again, by_run, ends, hearing, nameless, shared, sticking, usual
+from sstl_cli.diagnosis import again, by_run, ending, ends, hearing, nameless, shared, sticking, usual
 from sstl_cli.diagnosis import noise as noise_of
 from sstl_cli.diagnosis.combining import combine
 from sstl_cli.diagnosis.constants import (
@@ -30,7 +30,7 @@ from sstl_cli.diagnosis.evidence import Weighed, weigh
 from sstl_cli.diagnosis.fit import Fit, first_theta, fit, held, normal_equations, settle
 from sstl_cli.diagnosis.found import NOTHING, Search, deepest, each
 from sstl_cli.diagnosis.free import as_effects
-from sstl_cli.diagnosis.hypotheses import GAIN, Hypothesis, at_known_load, by_usual_law, of_other_laws
+from sstl_cli.diagnosis.hypotheses import GAIN, Hypothesis, as_changes, at_known_load, by_usual_law, of_other_laws
 from sstl_cli.diagnosis.louder import unalike
 from sstl_cli.diagnosis.records import representatives
 from sstl_cli.diagnosis.simulator import Simulator
@@ -70,6 +70,7 @@ def run(
     groups = [list(g) for _, g in itertools.groupby(sorted(first_round, key=lambda f: f.ids), key=lambda f: f.ids)]
     for done in each(alone, groups, workers):
         found.singles[done[0].ids[0]] = done
+    found = _by_the_end(found, {g[0].ids[0]: g for g in groups}, least)
     found = shared.loosened(found, workers)
     most = min(max_effects, len(found.singles))
     for size in range(2, most + 1):
@@ -154,7 +155,9 @@ def _effects_first(ordered: Sequence[Fit]) -> list[Fit]:
 
 
 def _as_known(sim: Simulator, found: Sequence[Hypothesis]) -> list[Hypothesis]:
-    return [at_known_load(h) for h in found] if sim.load_known else list(found)
+    """Return hypotheses beside what the simulator says: of the load, and of effects that it contains, each once."""
+    known = [as_changes(at_known_load(h) if sim.load_known else h, sim.fixed) for h in found]
+    return [h for h in dict.fromkeys(known) if h.strengths]
 
 
 def _first_round(found: Search, rough: Sequence[Fit], chosen: Sequence[int], workers: int) -> tuple[Search, list[Fit]]:
@@ -223,6 +226,28 @@ def _weighed(found: Search, begun: Sequence[Fit], least: float) -> tuple[Weighed
     looser = [ends.apart(found, w.fit) for w in weighed if base.cost - w.fit.cost > least]
     weighed += [weigh(sim, f, base) for f in looser if f is not None]
     return tuple(sorted(weighed, key=lambda w: -w.evidence))
+
+
+def _by_the_end(found: Search, groups: Mapping[str, Sequence[Fit]], least: float) -> Search:
+    """Return the search with more friction at the end than is accepted acting on all that arrives there, or on the line alone, as is likelier.
+
+    What a model left of its record may arise in the line, whose friction at the end holds it back, or behind it.
+    """
+    group = groups.get(ending.EFFECT, ())
+    if not group or not found.sim.left:
+        return found
+    sim = replace(found.sim, behind=False)
+    bends = [found.base.theta] if sim.accepted is None else [sim.accepted]
+
+    def begun(f: Fit) -> Fit:
+        starts = [fit(sim, f.whiten, f.hypothesis, theta, f.values, 0) for theta in (f.theta, *bends)]
+        return min((settle(sim, found.noise, s, 1, SHORT_ITERATIONS) for s in starts), key=lambda s: s.cost)
+
+    alone = replace(found, sim=sim)
+    own = _weighed(alone, [begun(f) for f in group], least)
+    if own[0].evidence <= found.singles[ending.EFFECT][0].evidence:
+        return found
+    return replace(alone, singles={**found.singles, ending.EFFECT: own})
 
 
 def _settled(found: Search, start: Fit, judged: bool = False) -> Fit:

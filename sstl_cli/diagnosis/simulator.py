@@ -140,6 +140,11 @@ class Simulator:
         return replace(self.mechanics, load_n_per_mm=tendon, loop_load_n_per_mm=loop)
 
     @property
+    def left(self) -> bool:
+        """Whether it is known what an accepted model leaves, on which more friction at its end acts."""
+        return self.behind and self._known is not None
+
+    @property
     def load_known(self) -> bool:
         """Whether an effect along the line was accepted before, and with it how far the load gives way."""
         return any(get(i).stretches for i in self.fixed)
@@ -224,8 +229,10 @@ class Simulator:
         """Return by how much (s) each record is read late; all 0 where nothing is known to scatter."""
         if not self.scatters:
             return (0.0,) * len(self.problem.records)
-        active = activate({k: v for k, v in effects.items() if k not in ASIDE}).of_hook("late_s")
-        return tuple(sum(e.late_s(r.system, v) for e, v in active) for r in self.problem.records)  # type: ignore[misc]
+        found = [(get(k), v) for k, v in effects.items() if k not in ASIDE]
+        # of a lag that is there already less may be left
+        own = [(e.late_s, {**e.complete({}), **v}) for e, v in found if e.late_s is not None]
+        return tuple(sum(late_s(r.system, v) for late_s, v in own) for r in self.problem.records)
 
     def _read(self, late_s: Sequence[float]) -> tuple[Record, ...]:
         return tuple(_read_late(r, late) for r, late in zip(self.problem.records, late_s, strict=True))
@@ -248,7 +255,7 @@ class Simulator:
         effects = asked.effects
         built = self._ending(effects[LINE.id]) if LINE.id in effects else None
         effects = {**self.fixed, **{k: self.changed(k, v) for k, v in effects.items() if k not in ASIDE}}
-        whole = asked.whole and self._known is not None and self.behind
+        whole = asked.whole and self.left
         effects, more = parted(effects, self.fixed) if whole else Parted(effects, 0.0)
         active = activate(effects)
         runs = self._runs

@@ -69,7 +69,8 @@ def document(g: Given) -> DiagnosisDocument:
         residuals=drawn.residuals(g),
     )
     restored = rows.with_beside(g, scaling.restored(found, units_of(g)), only)
-    said = [*notes.of_alternatives(restored.candidates, g.verdict.effects), *(restored.notes or [])]
+    named = restored.candidates, g.verdict.effects
+    said = [*notes.of_changes(*named), *notes.of_alternatives(*named), *(restored.notes or [])]
     said += notes.beside_floor(restored.gap, g.verdict.effects, restored.unit or "N")
     analysis = None if restored.analysis is None else restored.analysis.model_copy(update=_theta(g, restored.gap))
     restored = restored.model_copy(update={"notes": said, "analysis": analysis, "gap": _as_given(g, restored.gap)})

@@ -60,6 +60,26 @@ def of_alternatives(found: Sequence[Candidate], effects: Sequence[str]) -> list[
     return [f"{k}: this data does not tell apart {' and '.join(_told(k, x) for x in told)}" for k, told in own if len(told) > 1]
 
 
+def of_changes(found: Sequence[Candidate], effects: Sequence[str]) -> list[str]:
+    """Return by how much what is named differs from the simulator that contains it already.
+
+    Examples
+    --------
+    >>> from sstl_cli.core.documents.diagnosis import Parameter
+    >>> w = Parameter.model_construct(name="w_end_n", unit="N", effect="const_friction", estimate=-0.289)
+    >>> own = Candidate.model_construct(id="const_friction", parameters=[w], change={"w_end_n": -0.289})
+    >>> of_changes([own], ("const_friction",))
+    ['than in the simulator: w_end_n 0.289 N less']
+    """
+    own = [c for c in found if effects and sorted(c.id.split("+")) == sorted(effects) and c.change]
+    return [f"than in the simulator: {', '.join(_moved(c, k, v) for k, v in (c.change or {}).items() if v)}" for c in own]
+
+
+def _moved(c: Candidate, parameter: str, by: float) -> str:
+    unit = next((p.unit for p in c.parameters if p.name == parameter), None) or "1"
+    return f"{parameter} {quantity(f'{abs(by):.3g}', unit)} {'less' if by < 0.0 else 'more'}"
+
+
 def _strengths(c: Candidate) -> dict[str, float]:
     return {
         p.name: p.estimate for p in c.parameters if p.estimate is not None and p.effect == c.id and not get(c.id).parameter(p.name).shape
