@@ -39,6 +39,11 @@ def changed(change: Callable[[Run], Run], *which: str) -> list[Run]:
     return [change(r) if r.run_id in which or r.system in which or not which else r for r in rig()]
 
 
+def of_one_bend(change: Callable[[Run], Run]) -> list[Run]:
+    """Return both systems of the middle bend, changed: what all runs have alike is seen in two."""
+    return [change(r) for r in rig() if r.config_id == "b050"]
+
+
 def limited(r: Run) -> Run:
     noise = 0.004 * np.random.default_rng(3).standard_normal(len(r))
     return replace(r, tension_in_n=np.minimum(r.tension_in_n, 18.0 + noise))
@@ -154,7 +159,7 @@ CAUSES: dict[str, Callable[[], list[Run]]] = {
     "overflow": lambda: changed(overflowing, "act"),
     "folded": lambda: changed(folded, "act-b050"),
     "gain_change": lambda: changed(amplified, "act-b050"),
-    "hum": lambda: changed(humming),
+    "hum": lambda: of_one_bend(humming),
     "order": lambda: changed(shuffled, "act-b050"),
     "zero_change": lambda: changed(zeroed_midway, "act-b050"),
     "filled": lambda: changed(interpolated, "act-b050"),
@@ -163,11 +168,13 @@ CAUSES: dict[str, Callable[[], list[Run]]] = {
     "reversed_time": lambda: changed(backwards, "act-b050"),
     "exchanged": exchanged,
     "two_rigs": two,
-    "normalised": lambda: changed(lambda r: replace(r, tension_out_n=(r.tension_out_n - r.tension_out_n.min()) / np.ptp(r.tension_out_n))),
+    "normalised": lambda: of_one_bend(
+        lambda r: replace(r, tension_out_n=(r.tension_out_n - r.tension_out_n.min()) / np.ptp(r.tension_out_n))
+    ),
     "curved": lambda: changed(lambda r: replace(r, tension_out_n=16.0 * np.tanh(r.tension_out_n / 16.0)), "act-b050"),
     "energy": lambda: changed(lambda r: replace(r, tension_out_n=quiet(r.tension_in_n) - 0.5 * r.tension_out_n)),
-    "mixed": lambda: changed(lambda r: replace(r, tension_out_n=0.5 * (r.tension_in_n + r.tension_out_n))),
-    "columns": lambda: changed(with_position),
+    "mixed": lambda: of_one_bend(lambda r: replace(r, tension_out_n=0.5 * (r.tension_in_n + r.tension_out_n))),
+    "columns": lambda: of_one_bend(with_position),
     "relabelled": lambda: [replace(r, config_id="b080") if r.run_id == "act-b010" else r for r in slow_to_build_up()],
     "unexplained": lambda: changed(lost_rows, "act-b020"),
     "crosstalk": lambda: changed(lambda r: replace(r, tension_out_n=r.tension_out_n + 0.25 * r.tension_in_n), "act-b050"),
