@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from identification_loops import play, trapezoid
 from identification_slips import BENDS, bend, changed, lines, overflowing, rig
+from soon import asked
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate, samples
@@ -56,7 +57,9 @@ def falling_with_speed(x, wrap, falls=0.25):
     return np.array(out)
 
 
-@pytest.mark.parametrize(("low", "high", "hz"), [(1.5, 9.5, 0.2), (3.0, 25.0, 0.4), (5.0, 40.0, 0.25)])
+@pytest.mark.parametrize(
+    ("low", "high", "hz"), asked([(1.5, 9.5, 0.2), (3.0, 25.0, 0.4), (5.0, 40.0, 0.25)], (3.0, 25.0, 0.4), several=True)
+)
 def test_friction_that_falls_with_speed_is_no_early_output(low, high, hz):
     t = seconds(30.0)
     x = sine(t, low, high, hz)

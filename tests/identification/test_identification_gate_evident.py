@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from identification_loops import play
 from identification_slips import BENDS, bend, changed, lines, rig
+from soon import asked
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification import gate
@@ -107,7 +108,7 @@ def test_a_clock_is_told_from_a_slow_movement_by_the_lag_of_the_drive():
     assert "no fault by itself" in said.sentence
 
 
-@pytest.mark.parametrize(("a", "b"), [(0.45, 1.0), (0.3, 0.5), (0.0, 0.4)])
+@pytest.mark.parametrize(("a", "b"), asked([(0.45, 1.0), (0.3, 0.5), (0.0, 0.4)], (0.3, 0.5), several=True))
 def test_a_sensor_that_is_lost_for_a_part_of_a_run_is_told_with_its_time(a, b):
     def lost(r):
         at = np.arange(len(r)) / len(r)

@@ -79,7 +79,7 @@ def test_the_same_filter_on_both_sides_and_friction_alone_are_sound(move):
     assert gate.remarks([recorded("b", t, *both, 2)]) == ()
 
 
-@pytest.mark.parametrize("drag", [0.02, 0.05, 0.15])
+@pytest.mark.parametrize("drag", asked([0.02, 0.05, 0.15], 0.15))
 def test_friction_that_grows_with_speed_is_no_filter(drag):
     for t, x in MOVES:
         speed = np.abs(np.gradient(x, t))

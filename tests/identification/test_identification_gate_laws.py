@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from identification_loops import multisine
 from identification_slips import bend, changed, dahl, exchanged, rig, slow_to_build_up
+from soon import asked
 
 from sstl_cli.core.runs import Run
 from sstl_cli.identification.gate import evidence_of, judge, remarks
@@ -175,7 +176,7 @@ def test_lines_that_are_not_those_of_friction_tell_no_preload() -> None:
     assert "zero" not in rules(judge([*log[:3], bent]))
 
 
-@pytest.mark.parametrize("path", [1.0, 2.0, 4.0])
+@pytest.mark.parametrize("path", asked([1.0, 2.0, 4.0], 4.0))
 def test_presliding_of_any_length_is_sound(path: float) -> None:
     t, x = multisine(13, 3.0, 26.0, seconds=75.0)
     t, x = t[: len(t) // 3], x[::3]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from identification_loops import multisine, play
 from identification_slips import quiet
+from soon import asked
 from test_identification_gate import leads, loop
 
 from sstl_cli.identification import gate
@@ -145,7 +146,7 @@ CURVES = {
 }
 
 
-@pytest.mark.parametrize("name", CURVES)
+@pytest.mark.parametrize("name", asked(CURVES, "root", "square"))
 def test_an_output_behind_a_curve_is_told(name):
     said = [r for r in gate.remarks(changed(log(), output(CURVES[name]), "act-b2")) if r.rule == "curved"]
     assert said and said[0].run_ids == ("act-b2",) and (said[0].number > 1.0) == (name == "square")
