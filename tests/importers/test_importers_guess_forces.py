@@ -27,6 +27,7 @@ def test_a_unit_of_force_is_converted_by_its_definition(unit: str, size: float) 
     assert unit_of(unit) == ("force", pytest.approx(size, rel=1e-12))
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize(("unit", "size"), [*SIZES.items(), *WRITTEN.items()])
 @pytest.mark.parametrize("head", ["Time (s),Fin ({0}),Fout [{0}]", "Time,Fin,Fout\ns,{0},{0}"])
 def test_forces_arrive_in_newtons(unit: str, size: float, head: str, tmp_path: Path) -> None:

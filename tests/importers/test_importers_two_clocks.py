@@ -52,6 +52,7 @@ def two(seed: int) -> tuple[np.ndarray, np.ndarray]:
     return np.c_[ta, motion(ta)], b
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("align", ["report", "apply", "start", "none"])
 @pytest.mark.parametrize("restart", [False, True])
 def test_pieces_give_what_the_whole_gives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, align: str, restart: bool) -> None:
