@@ -8,14 +8,18 @@ import pytest
 from fuzz_mutations import mutated
 from fuzz_readers import READERS, at_most, fuzz
 from fuzz_seeds import seed_of
+from soon import asked
 
 # those that make a page or run a command for each input are slower
 COUNTS = {"diagnosis": 15, "config": 60}
+MOST = 250
+# what every run of the suite tries of each kind
+FIRST = {kind: min(2 * COUNTS.get(kind, MOST) // 5, 100) for kind in sorted(READERS)}
+EVERY = [*FIRST.items(), *((kind, COUNTS.get(kind, MOST)) for kind in FIRST)]
 
 
-@pytest.mark.parametrize("kind", sorted(READERS))
-def test_damaged_files(kind: str) -> None:
-    count = COUNTS.get(kind, 250)
+@pytest.mark.parametrize(("kind", "count"), asked(EVERY, *FIRST.items(), several=True))
+def test_damaged_files(kind: str, count: int) -> None:
     found = fuzz(kind, count)
     assert found.inputs == count
     # a fuzzer whose every input is refused at the first byte tests nothing
