@@ -57,6 +57,7 @@ def test_neutral_is_exactly_the_identity(name, system):
             assert np.array_equal(getattr(base, field), getattr(same, field)), field
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize("name", sorted(parameters()))
 @pytest.mark.parametrize("system", ["act", "sstl"])
 def test_sound_at_both_bounds_and_seen(name, system):
