@@ -10,6 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from program import inside
+from soon import asked
 from trust_program import document, loop
 
 from sstl_cli.core.tables import THETA
@@ -126,7 +127,15 @@ def theta(path: Path, values: dict[str, float]) -> Path:
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [*((n, v) for n in ("gamma_p", "beta_r") for v in (1e308, -1e308, np.inf)), *(("gamma_p", v) for v in (5e-324, 0.0, -1.0))],
+    asked(
+        [*((n, v) for n in ("gamma_p", "beta_r") for v in (1e308, -1e308, np.inf)), *(("gamma_p", v) for v in (5e-324, 0.0, -1.0))],
+        ("gamma_p", 1e308),
+        ("beta_r", -1e308),
+        ("beta_r", np.inf),
+        ("gamma_p", 5e-324),
+        ("gamma_p", -1.0),
+        several=True,
+    ),
 )
 def test_rows_of_theta_that_no_loop_can_have_go(name: str, value: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -147,6 +156,7 @@ def test_rows_of_theta_that_no_loop_can_have_go(name: str, value: float, tmp_pat
     assert done.returncode == 1 and "[E401]" in done.stderr
 
 
+@pytest.mark.each_once
 @pytest.mark.parametrize(
     "values",
     [
