@@ -54,7 +54,7 @@ def strengths(effect_id):
 
 
 def estimates(effect_id, simulator, seed, values=None):
-    runs = TABLE.simulate.run(TABLE.scenario(simulator, 0.01), {effect_id: values or strengths(effect_id)}, seed)
+    runs = TABLE.simulate.run(TABLE.scenario(simulator, 0.01, 50.0), {effect_id: values or strengths(effect_id)}, seed)
     done = TABLE.refit(effect_id, list(runs))
     return done, parameter_intervals(done.sim, done.fit)
 
