@@ -49,7 +49,9 @@ def test_one_row_a_value_is_told_by_compound_names(tmp_path: Path) -> None:
 
 
 def test_a_blank_between_thousands_is_told_where_blanks_cut_columns(tmp_path: Path) -> None:
-    lines = (f"{1000 * t:.0f} {x:,.1f} {y:,.1f}\n" for t, x, y in zip(T, 100 * X, 100 * Y, strict=True))
+    # two recordings behind one another, most of whose times are over a thousand
+    t, x, y = np.arange(2 * len(T)) * 0.004, np.tile(X, 2), np.tile(Y, 2)
+    lines = (f"{1000 * t:.0f} {x:,.1f} {y:,.1f}\n" for t, x, y in zip(t, 100 * x, 100 * y, strict=True))
     body = "".join(lines).replace(",", "\u00a0").replace(".", ",")
     error = refused(tmp_path / "a.csv", ("Temps_ms Entrée_mN Sortie_mN\n" + body).encode("cp1252"))
     assert "without marks between thousands" in error.fix and "\\x" not in error.line()

@@ -27,7 +27,9 @@ def table(*channels: tuple[np.ndarray, np.ndarray]) -> str:
 
 def test_channels_in_rows_of_their_own_are_put_on_lines(tmp_path: Path) -> None:
     path = tmp_path / "act.csv"
-    _, found = proposed(path, HEAD + table((T, X), (T[::2] + 0.0031, Y[::2]), (T[::5], 10 * T[::5])))
+    # so long that the steps can be of seconds alone
+    t, x, y = np.arange(2 * len(T)) * 0.004, np.tile(X, 2), np.tile(Y, 2)
+    _, found = proposed(path, HEAD + table((t, x), (t[::2] + 0.0031, y[::2]), (t[::5], 10 * t[::5])))
     assert tomllib.loads(found.toml)["repair"] == {"dropouts": "interpolate"} and not found.questions
     assert any("0 both: rates of their own" in r for r in found.reasons)
     [one] = run([path], mapping_of(tomllib.loads(found.toml), "m.toml")).runs

@@ -124,7 +124,7 @@ def test_a_unit_that_changes_later_is_refused_with_its_line(tmp_path: Path) -> N
         },
         "here",
     )
-    text = text[:1] + 8 * text[1:]
+    text = text[:1] + 12 * text[1:]
     text[2500] = text[2500].rpartition(",")[0] + ",950 mN"
     (tmp_path / "act.csv").write_text("\n".join(text) + "\n")
     with pytest.raises(SstlError, match="line 2501"):
