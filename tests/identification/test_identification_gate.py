@@ -95,9 +95,8 @@ def mixed():
 
 
 def two_rigs():
-    here = [loop(0.5 + 0.02 * i, seed=i, config_id=f"a{i}") for i in range(4)]
     there = [scaled(1.0, 1.2)(loop(0.5 + 0.02 * i, seed=10 + i, sd=0.06, config_id=f"b{i}")) for i in range(4)]
-    return here + there
+    return [*(loop(0.5 + 0.02 * i, seed=i, config_id=f"a{i}") for i in range(4)), *there]
 
 
 SLIPS = {
