@@ -9,9 +9,9 @@ from sstl_cli.core.runs import Run
 PRELOAD_N, THETA = 30.0, 0.3
 
 
-def pair(name="a", period=7.0, zero_n=0.0, size=1.0, unit="N", swing_n=10.0, seconds=40.0):
+def pair(name="a", period=7.0, zero_n=0.0, size=1.0, unit="N", swing_n=10.0, seconds=40.0, step_s=0.02):
     """Return a run of a pair that swings about no tension: what one tendon carries beyond the preload, written out."""
-    t = np.arange(0.0, seconds, 0.02)
+    t = np.arange(0.0, seconds, step_s)
     u = swing_n * np.sin(2.0 * np.pi * t / period) * (0.6 + 0.4 * np.sin(2.0 * np.pi * t / seconds))
     y, last = np.empty_like(u), PRELOAD_N
     for k, x in enumerate(u + PRELOAD_N):

@@ -13,7 +13,7 @@ from sstl_cli.steps import diagnose
 def test_a_pair_without_friction_read_at_an_eighth_is_a_gain_and_no_hold(monkeypatch):
     """What the base can do about it is to hold: found at friction that a hold has, the gain would stay where it began."""
     monkeypatch.setattr("made_pairs.THETA", 0.002)
-    runs = [replace(r, tension_out_n=0.12 * r.tension_out_n) for r in (pair(), pair("b", 4.3))]
+    runs = [replace(r, tension_out_n=0.12 * r.tension_out_n) for r in (pair(step_s=0.04), pair("b", 4.3, step_s=0.04))]
     names = ("gain_error", "zero_offset", "crosstalk", "const_friction")
     body = diagnose.run(runs, diagnose.DiagnoseOptions(effects=names, max_effects=1, physics=False)).body
     assert body.verdict.status == "identified" and list(body.verdict.effects) == ["gain_error"]
