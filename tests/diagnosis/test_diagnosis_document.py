@@ -23,7 +23,7 @@ OPTIONS = DiagnoseOptions(max_effects=1, effects=("pulley_friction", "asymmetric
 
 @pytest.fixture(scope="module")
 def runs():
-    return record(PULLEY)
+    return record(PULLEY, hz=25.0)
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ def rig(top_n: float, *effects: str) -> Scenario:
     moves = [m.model_copy(update={"low_n": 0.02 * top_n, "high_n": top_n}) for m in moves]
     noise = NoiseSection(white_n=0.001 * top_n)
     return Scenario(
-        sampling_hz=100.0, effects={e: ELASTIC[e] for e in effects}, noise=noise, configurations=PLACE, trajectories=tuple(moves)
+        sampling_hz=50.0, effects={e: ELASTIC[e] for e in effects}, noise=noise, configurations=PLACE, trajectories=tuple(moves)
     )
 
 
