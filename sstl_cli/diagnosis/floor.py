@@ -47,9 +47,13 @@ def fine_n(g: Judged, noise: Noise) -> float:
 
 
 def unrounded_n(g: Judged) -> float:
-    """Return what a perfect model would leave (N) beside the steps of the converters: the noise was measured on rounded readings."""
+    """Return what a perfect model would leave (N) beside the steps of the converters: the noise was measured on rounded readings.
+
+    What rounding leaves of a rest may have been taken for slow noise of the input: readings alone do not say so.
+    """
     records = g.problem.records
-    coarse = min(_analysed_n(g, unrounded(records, noise)) for noise in _sensors(g))
+    sensors = [*_sensors(g), *([] if g.search.read is None else [g.search.read])]
+    coarse = min(_analysed_n(g, unrounded(records, noise)) for noise in sensors)
     return float(np.hypot(coarse, fine_n(g, unrounded(records, g.search.noise))))
 
 

@@ -12,10 +12,13 @@ from sstl_cli.identification.gate.leading import leading
 SENSOR = SimpleNamespace(refresh_s=0.0)
 
 
-def run(delay_s: float, ahead: Ahead | None = None) -> SimpleNamespace:
-    """Return what the rule looks at of a run at 200 Hz whose lines are best moved by so much."""
+def run(delay_s: float, ahead: Ahead | None = None, by_speed_n: float = 0.5) -> SimpleNamespace:
+    """Return what the rule looks at of a run at 200 Hz whose lines are best moved by so much, which leaves 0.05 N."""
+    causes = SimpleNamespace(speed=SimpleNamespace(rms_n=by_speed_n), moved=SimpleNamespace(rms_n=0.05), noise_n=0.02)
     play = SimpleNamespace(delay_s=delay_s, explained=0.999, delay_se=0.001, gamma_p=0.5, gamma_r=1.9)
-    return SimpleNamespace(play=play, ahead=ahead, tendon_like=True, wide=True, dt_s=0.005, loop_s=4.0, sensors=(SENSOR, SENSOR))
+    return SimpleNamespace(
+        play=play, ahead=ahead, causes=causes, tendon_like=True, wide=True, dt_s=0.005, loop_s=4.0, sensors=(SENSOR, SENSOR)
+    )
 
 
 @pytest.mark.parametrize(
@@ -32,6 +35,12 @@ def run(delay_s: float, ahead: Ahead | None = None) -> SimpleNamespace:
 )
 def test_one_run_leads_where_a_delay_leaves_less_than_friction_without_one(left, without, leads):
     early = run(-0.04, Ahead(-0.04, left, without))
+    assert leading([run(0.001), run(0.002), early, run(0.003)]) == ([early] if leads else [])
+
+
+@pytest.mark.parametrize(("by_speed_n", "leads"), [(0.04, False), (0.14, False), (0.16, True), (float("nan"), True)])
+def test_a_lead_that_friction_falling_with_speed_explains_nearly_as_well_is_no_clock_s(by_speed_n, leads):
+    early = run(-0.04, Ahead(-0.04, 2.0, 3.5), by_speed_n)
     assert leading([run(0.001), run(0.002), early, run(0.003)]) == ([early] if leads else [])
 
 

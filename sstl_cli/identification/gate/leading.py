@@ -15,6 +15,8 @@ BESIDE, SPREAD, PART = 2, 1.0, 0.5
 HALF = 0.4
 # what a delay may leave of what any other explanation leaves, how alike (part of it) the leads of one clock are, and runs that must tell it
 LESS, ALIKE, AGREE = 0.5, 0.15, 3
+# how many times as much friction by speed must leave
+BY_SPEED = 3.0
 
 
 def leading(log: Sequence[Evidence]) -> list[Evidence]:
@@ -25,11 +27,17 @@ def leading(log: Sequence[Evidence]) -> list[Evidence]:
     rest = [d for d, _ in others]
     # where friction turns the outputs of others early, and beyond half a loop, a clock's is the lead that leaves nothing but noise
     turns = 2 * sum(_leads(d, e) for d, e in others) > len(rest)
-    early = [(d, e) for d, e in early if (e.ahead is not None and e.ahead.sure) or not (turns or abs(d) > HALF * e.loop_s)]
+    early = [(d, e) for d, e in early if (e.ahead is not None and e.ahead.sure) or not (turns or abs(d) > HALF * e.loop_s or by_speed(e))]
     if len(rest) >= max(BESIDE, 2 * len(early)) and early:
         first = min(rest)
         return [e for d, e in early if first - d > max(SPREAD * (max(rest) - first), PART * abs(d), _least(e))]
     return [] if rest else _together(early)
+
+
+def by_speed(e: Evidence) -> bool:
+    """Whether friction that falls with speed, which turns the output before the input turns, leaves nearly as little as a delay."""
+    c = e.causes
+    return c.speed.rms_n <= BY_SPEED * max(c.moved.rms_n, c.noise_n)
 
 
 def _together(early: Sequence[tuple[float, Evidence]]) -> list[Evidence]:

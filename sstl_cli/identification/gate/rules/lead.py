@@ -8,7 +8,7 @@ from statistics import median
 
 from sstl_cli.identification.gate.common_delay import common_delay
 from sstl_cli.identification.gate.evidence import Evidence
-from sstl_cli.identification.gate.leading import HALF, leading
+from sstl_cli.identification.gate.leading import HALF, by_speed, leading
 from sstl_cli.identification.gate.remark import Remark, names
 from sstl_cli.identification.gate.rules.drift import drift_of
 from sstl_cli.identification.gate.rules.limit import limited
@@ -31,8 +31,6 @@ GROWS = 0.2
 HELD = 0.3
 # noises that a delay of half a loop and more must leave
 LITTLE_LEFT = 2.0
-# and how many times as much friction by speed must leave
-BY_SPEED = 3.0
 # part of a delay by which those of one clock differ
 AGREES = 0.2
 # delay of two passes over that of one where the line's own drag makes it, and the factor within which that is so; beyond both of a system's usual delay it is none
@@ -198,8 +196,8 @@ def _moved(e: Evidence, early: bool) -> bool:
     # a low-pass is late as well, but by more in fast parts than in slow ones
     if c.left(c.slow.rms_n) < c.left(c.moved.rms_n):
         return False
-    # friction that falls with speed turns the output before the input turns
-    if not c.speed.rms_n > BY_SPEED * max(c.moved.rms_n, c.noise_n):
+    # where that is not known it may be friction's
+    if math.isnan(c.speed.rms_n) or by_speed(e):
         return False
     # a delay that grows is a drift
     grows = abs(p.drift) * e.duration_s > GROWS * abs(p.delay_s)

@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator, Sequence
 
 from sstl_cli.identification.gate.evidence import Evidence
+from sstl_cli.identification.gate.leading import BY_SPEED
 from sstl_cli.identification.gate.remark import Remark, names
-from sstl_cli.identification.gate.rules.lead import BY_SPEED, FILTER, HELD, LATE_S
+from sstl_cli.identification.gate.rules.lead import FILTER, HELD, LATE_S
 from sstl_cli.identification.gate.rules.stuck import dead
 
 RULE, RANK = "slow", 36
