@@ -89,14 +89,19 @@ def pairs_of(theta: pa.Table) -> Pairs:
     """
     found, unused = configurations(theta, alone=False)
     aside = {u.run_id: u.why for u in unused}
+
+    def usable(config: str) -> str:
+        return " that can be used" if any(u.config == config for u in unused) else ""
+
     labels: list[tuple[str, str, str]] = []
     values: list[list[float]] = []
     for one in sorted(found, key=lambda c: c.name):
         if one.loop is None:
-            aside |= {run: f"configuration {one.name} has no sensing-loop run" for t in one.tendons.values() for run in t.runs}
+            why = f"configuration {one.name} has no sensing-loop run{usable(one.name)}"
+            aside |= {run: why for t in one.tendons.values() for run in t.runs}
             continue
         if not one.tendons:
-            aside |= dict.fromkeys(one.loop.runs, f"configuration {one.name} has no actuation run")
+            aside |= dict.fromkeys(one.loop.runs, f"configuration {one.name} has no actuation run{usable(one.name)}")
         for tendon, act in sorted(one.tendons.items()):
             labels.append((one.name, act.location or one.loop.location or "", tendon))
             values.append([*one.loop.slopes, *act.slopes, act.beta_p, act.beta_r])

@@ -125,6 +125,8 @@ def beside_floor(gap: Gap, effects: Sequence[str], unit: str) -> list[str]:
     ['the error with the effect is below the noise floor, which is known to 0.0221..0.025 N: nothing above noise is left']
     >>> beside_floor(gap.model_copy(update={"rmse_with_effect_n": 0.05}), ("zero_offset",), "N")
     ['0.05 N are left where noise is 0.025 N at most: zero_offset is not all that is there']
+    >>> beside_floor(gap.model_copy(update={"rmse_with_effect_n": 0.05, "accounted_pct": 95.0}), ("stick_slip",), "N")
+    []
     >>> beside_floor(gap, (), "N")
     []
     """
@@ -132,8 +134,8 @@ def beside_floor(gap: Gap, effects: Sequence[str], unit: str) -> list[str]:
     if not effects or left is None or floor is None:
         return []
     most = floor if high is None else high
-    # as much again as noise is, squared
-    if left**2 > 2.0 * most**2 and gap.known_misfit_n is None:
+    # as much again as noise is, squared; of jumps at moments that nobody can foretell more is left, and accounted for
+    if left**2 > 2.0 * most**2 and gap.known_misfit_n is None and gap.accounted_pct is None:
         return [f"{left:.2g} {unit} are left where noise is {most:.2g} {unit} at most: {' + '.join(effects)} is not all that is there"]
     if left >= floor:
         return []

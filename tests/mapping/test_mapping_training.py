@@ -65,6 +65,8 @@ def test_rows_that_cannot_be_paired_are_set_aside_with_their_reason():
     assert len(pairs) == 7
     assert "no propagation" in pairs.aside[made[0]["run_id"]] and "config_id" in pairs.aside[made[3]["run_id"]]
     assert "no sensing-loop" in pairs.aside[made[1]["run_id"]] and "no actuation" in pairs.aside[made[2]["run_id"]]
+    # the loop of the one was recorded, and its lines are not there
+    assert pairs.aside[made[1]["run_id"]].endswith("no sensing-loop run that can be used")
 
 
 @pytest.mark.parametrize("options", [{}, {"per_seed": True}, {"leave_out": "ND"}, {"test_share": 0.5}])

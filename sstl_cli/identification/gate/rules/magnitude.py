@@ -58,7 +58,7 @@ def look(log: Sequence[Evidence]) -> Iterator[Remark]:
         yield Remark(
             tuple(e.run_id for e in hit), RULE, severity, largest, "N",
             f"{names([e.run_id for e in hit])}: {said} up to {largest:.4g} N, {why}; {holds} probably holds {guess}, "
-            "not N",
+            f"not N (N, where the mapping says {'kN' if kind == 'large' else 'mN'})",
             mend,
         )  # fmt: skip
 
