@@ -48,7 +48,9 @@ def since(g: Judged, given_n: float, retuned_n: float, known_n: float = 0.0) -> 
     nats = _lost(sim, f, had) if f.free else fit(sim, f.whiten, NOTHING, had, np.zeros(0), 0).cost - f.cost
     worth = nats - strengths_charge(len(seen), 2.0 * max(nats, 0.0))
     off = min(known_n / given_n, 1.0) if given_n > 0.0 else 0.0
-    changed = bool(seen) and bool(discounted(worth, off, max(nats, 0.0)) > DECIDES_NATS) and _alike(g, had, seen)
+    # a law that is off by a share of all that the effect explains may look like a bend
+    whole = max(nats, g.search.base.cost - f.cost, 0.0)
+    changed = bool(seen) and bool(discounted(worth, max(off, f.discrepancy), whole) > DECIDES_NATS) and _alike(g, had, seen)
     if g.verdict.status == UNDECIDED:
         changed = False
     elif not f.free:

@@ -268,7 +268,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
         return say(UNDECIDED, (), unknown, (), unnamed or left(rows, top))
     tied = _tied(standing(rows), top)
     # whoever leads, a set holds who is as evident, and who is probable
-    rivalling = dict.fromkeys((*tied, *_set(ranked, p, weights.cover)))
+    rivalling = dict.fromkeys((*tied, *_nearer(_set(ranked, p, weights.cover), rows)))
     # of what most of the gap comes from in spite of it nobody is sure
     commits = sure >= weights.commit and takes >= HALF
     if commits and not _told(rows, top, family, weights.member):
@@ -293,7 +293,7 @@ def decided(rows: Rows, p: Mapping[Ids, float], weights: Weights, prior: Mapping
         return say(NOTHING, (), p[NONE], (), why)
     if p[UNKNOWN] >= named:
         return say(UNDECIDED, (), p[UNKNOWN], (), unnamed or left(rows, top))
-    group = _set(ranked, p, weights.cover)
+    group = _nearer(_set(ranked, p, weights.cover), rows)
     why = explained(rows, top) if takes >= HALF else partly(rows, top)
     rivals = ", ".join(" + ".join(k) for k in group[1:])
     why += f"; not ruled out: {rivals}" if rivals else f", but {_runner_up(p)} is not ruled out"
@@ -354,6 +354,12 @@ def _set(ranked: Sequence[Ids], p: Mapping[Ids, float], least: float) -> tuple[I
     """Return the candidates whose part of the named probability is not below the learned one (Sadinle, Lei, Wasserman 2019)."""
     named = sum(p[k] for k in ranked)
     return tuple(k for i, k in enumerate(ranked) if i == 0 or p[k] >= least * named)
+
+
+def _nearer(group: Sequence[Ids], rows: Rows) -> tuple[Ids, ...]:
+    """Return a set, the most probable first, without models of the output that bring it no nearer: evidence beside a loose model is not enough."""
+    share = {c.ids: nearer(c, rows) for c in rows.candidates if c.kind == OUTPUT}
+    return tuple(k for i, k in enumerate(group) if i == 0 or share.get(k, 1.0) > LEAST_SHARE)
 
 
 def _runner_up(p: Mapping[Ids, float]) -> str:

@@ -53,11 +53,19 @@ def of_alternatives(found: Sequence[Candidate], effects: Sequence[str]) -> list[
     >>> own = Candidate.model_construct(id="zero_offset", parameters=[z], alternatives=[{"z_out_act_n": 1.7}])
     >>> of_alternatives([own], ("zero_offset",))
     ['zero_offset: this data does not tell apart z_in_act_n -1.5 N and z_out_act_n 1.7 N']
+    >>> of_alternatives([own.model_copy(update={"alternatives": [{"straight_in_act_n": -1.5}]})], ("zero_offset",))
+    []
     >>> of_alternatives([own], ())
     []
     """
-    own = [(c.id, [_strengths(c), *(c.alternatives or ())]) for c in found if [c.id] == list(effects)]
+    # under two names the same where one system alone was recorded: all outputs, and that one
+    own = [(c.id, _apart([_strengths(c), *(c.alternatives or ())])) for c in found if [c.id] == list(effects)]
     return [f"{k}: this data does not tell apart {' and '.join(_told(k, x) for x in told)}" for k, told in own if len(told) > 1]
+
+
+def _apart(told: Sequence[dict[str, float]]) -> list[dict[str, float]]:
+    """Return strengths by hypothesis, of those with the same values the first."""
+    return list({tuple(f"{v:.3g}" for v in x.values()): x for x in reversed(told)}.values())[::-1]
 
 
 def of_changes(found: Sequence[Candidate], effects: Sequence[str]) -> list[str]:

@@ -148,14 +148,14 @@ def test_the_numbers_of_a_candidate(monkeypatch):
     assert listed(monkeypatch, [lead, model], errors=nothing)[("viscous",)].fall_pct == 0.0
 
 
-def since(monkeypatch, nats, errors_n=(1.0, 0.1), free=(), had=(0.5, 0.6), nominal=(0.5, 0.7), members=(), status="identified"):
+def since(monkeypatch, nats, errors_n=(1.0, 0.1), free=(), had=(0.5, 0.6), nominal=(0.5, 0.7), members=(), status="identified", gain=0.0):
     monkeypatch.setattr(bends, "fit", lambda *args: SimpleNamespace(cost=10.0 + nats))
     monkeypatch.setattr(bends, "_lost", lambda sim, f, theta: nats)
-    f = SimpleNamespace(free=free, cost=10.0, whiten=None, theta=np.array([0.55, 0.65]))
+    f = SimpleNamespace(free=free, cost=10.0, discrepancy=0.0, whiten=None, theta=np.array([0.55, 0.65]))
     sim = SimpleNamespace(accepted=None if had is None else np.array(had))
     models = [SimpleNamespace(ids=(name,), fit=SimpleNamespace(theta=np.array(theta))) for name, theta in members]
     g = SimpleNamespace(
-        search=SimpleNamespace(sim=sim, ranked=lambda: models), accepted=f, nominal=np.array(nominal), problem=SimpleNamespace(configs=("a", "b")),
+        search=SimpleNamespace(sim=sim, ranked=lambda: models, base=SimpleNamespace(cost=10.0 + gain)), accepted=f, nominal=np.array(nominal), problem=SimpleNamespace(configs=("a", "b")),
         verdict=SimpleNamespace(group=(("gain_error",), ("zero_offset",)), status=status),
     )  # fmt: skip
     return bends.since(g, *errors_n)
@@ -192,6 +192,9 @@ def test_a_bend_has_changed_beyond_what_the_model_is_known_to_leave_and_beside_e
     assert not since(monkeypatch, 99.0, free=("viscous",), members=(up, down)).changed
     # what is ruled out is not asked
     assert since(monkeypatch, 99.0, free=("viscous",), members=(up, ("slack", (0.4, 0.4)))).changed
+    # a twentieth of what the effect explains may be its law's: of 10 000 nats a bend of 100 is none of its own
+    assert since(monkeypatch, 100.0, (1.0, 0.1, 0.05), free=("viscous",), gain=100.0).changed
+    assert not since(monkeypatch, 100.0, (1.0, 0.1, 0.05), free=("viscous",), gain=1e4).changed
     # where what has changed has no name, theta follows that
     assert not since(monkeypatch, 99.0, free=("viscous",), members=(up,), status="unknown").changed
 
