@@ -148,7 +148,8 @@ def test_the_numbers_of_a_candidate(monkeypatch):
     assert listed(monkeypatch, [lead, model], errors=nothing)[("viscous",)].fall_pct == 0.0
 
 
-def since(monkeypatch, nats, errors_n=(1.0, 0.1), free=(), had=(0.5, 0.6), nominal=(0.5, 0.7), members=(), status="identified", gain=0.0):
+def since(monkeypatch, nats, errors_n=(1.0, 0.1), free=(), had=(0.5, 0.6), nominal=(0.5, 0.7), members=(), said=("identified", 0.0)):
+    status, gain = said
     monkeypatch.setattr(bends, "fit", lambda *args: SimpleNamespace(cost=10.0 + nats))
     monkeypatch.setattr(bends, "_lost", lambda sim, f, theta: nats)
     f = SimpleNamespace(free=free, cost=10.0, discrepancy=0.0, whiten=None, theta=np.array([0.55, 0.65]))
@@ -193,10 +194,10 @@ def test_a_bend_has_changed_beyond_what_the_model_is_known_to_leave_and_beside_e
     # what is ruled out is not asked
     assert since(monkeypatch, 99.0, free=("viscous",), members=(up, ("slack", (0.4, 0.4)))).changed
     # a twentieth of what the effect explains may be its law's: of 10 000 nats a bend of 100 is none of its own
-    assert since(monkeypatch, 100.0, (1.0, 0.1, 0.05), free=("viscous",), gain=100.0).changed
-    assert not since(monkeypatch, 100.0, (1.0, 0.1, 0.05), free=("viscous",), gain=1e4).changed
+    assert since(monkeypatch, 100.0, (1.0, 0.1, 0.05), free=("viscous",), said=("identified", 100.0)).changed
+    assert not since(monkeypatch, 100.0, (1.0, 0.1, 0.05), free=("viscous",), said=("identified", 1e4)).changed
     # where what has changed has no name, theta follows that
-    assert not since(monkeypatch, 99.0, free=("viscous",), members=(up,), status="unknown").changed
+    assert not since(monkeypatch, 99.0, free=("viscous",), members=(up,), said=("unknown", 0.0)).changed
 
 
 def test_what_a_fit_loses_at_another_theta_is_that_of_its_curvature():
